@@ -115,10 +115,9 @@ class Requirement:
             sizes = f"radius {self.radius:g} m, insertion {self.insertion:g} m, {self.per_axis:g} m per axis"
             raise OptionError(f"a requirement needs positive lengths, not {sizes}")
         if self.displacement >= self.radius:
-            raise OptionError(
-                f"{1e3 * self.per_axis:g} mm along each axis add up to {1e3 * self.displacement:.3g} mm, not "
-                f"less than the target's radius of {1e3 * self.radius:g} mm; require less per axis"
-            )
+            text = f"{1e3 * self.per_axis:g} mm along each axis add up to {1e3 * self.displacement:.3g} mm"
+            radius = f"not less than the target's radius of {1e3 * self.radius:g} mm"
+            raise OptionError(f"{text}, {radius}; require less per axis")
 
     @property
     def displacement(self) -> float:

@@ -66,10 +66,9 @@ def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray,
     if (found := implausible_joint(q, limits)) is None:
         return
     joint, unit, bound = found
-    guess = {
-        "degrees": "these look like degrees labelled rad: write q1[deg] in the header",
-        "mm": "these look like mm labelled m: write the correct unit in the header",
-    }.get(unit, "check the units and the order of the joint columns")
+    looks = {"degrees": "degrees labelled rad: write q1[deg]", "mm": "mm labelled m: write the correct unit"}
+    check = "check the units and the order of the joint columns"
+    guess = f"these look like {looks[unit]} in the header" if unit else check
     far = f"joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} but its limit is {bound:.4g}"
     raise DataError(f"{source}: {far}: {guess}", joint=joint)
 
@@ -104,16 +103,15 @@ def _without_copies(dataset: Dataset) -> Dataset:
     """The rows without what repeats another to the last digit, rows or their markers: it tells nothing."""
     included, markers = np.flatnonzero(dataset.included), dataset.markers
     rows = dataset.take(included)
-    copies = {
-        included[b]: f"repeats data row {rows.row[a]} to the last digit" for a, b in repeated_rows(rows)
-    }
+    same = "to the last digit"
+    copies = {included[b]: f"repeats data row {rows.row[a]} {same}" for a, b in repeated_rows(rows)}
     if markers is not None:
         seen, markers = np.isfinite(markers).any((1, 2)), markers.copy()
         for k in range(markers.shape[1]):
             again = [b for _, b in repeated_rows(replace(rows, markers=markers[included, k : k + 1]))]
             markers[included[again], k] = np.nan
         gone = included[(seen & np.isnan(markers).all((1, 2)))[included]]
-        copies = dict.fromkeys(gone, "repeats others to the last digit") | copies
+        copies = dict.fromkeys(gone, f"repeats others {same}") | copies
     if not copies:
         return dataset
     note = f"{plural(len(copies), 'duplicate row')} ignored"

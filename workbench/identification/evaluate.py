@@ -64,7 +64,8 @@ def evaluate(
     if choice is not None:
         robot, notes = choice.robot, (*notes, *choice.notes)
         fitted = len(choice.freedom.base) + len(choice.freedom.tool)
-    moved = [name for name in used.sessions if far[used.in_session(name)].mean() > MAX_ACCIDENTS]
+    parts = {name: far[used.in_session(name)] for name in used.sessions}
+    moved = [name for name, own in parts.items() if own.sum() > 2 and own.mean() > MAX_ACCIDENTS]
     own = far & np.any([used.in_session(name) for name in moved], axis=0)
     if moved:
         off, usual = errors.take(own).text("median"), others.text("median")

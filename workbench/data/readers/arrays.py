@@ -22,16 +22,10 @@ import numpy as np
 from workbench.base.errors import FileError, WorkbenchError
 from workbench.base.units import parse_heading
 from workbench.data.binary_tables import refusal
+from workbench.data.readers import headings
 from workbench.data.readers.file_kind import POSE_PAIRS, PROGRAM, TABLE, read_bytes
-from workbench.data.readers.headings import (
-    is_commanded,
-    is_of_measurement,
-    known_together,
-    meaning_of,
-    normalised,
-    quantities_of,
-)
-from workbench.data.readers.layouts import arrays_by_layout
+from workbench.data.readers.headings import known_together, meaning_of, normalised
+from workbench.data.readers.layouts import layouts
 from workbench.data.readers.table import Grid, grid_of
 from workbench.data.readers.text import decode, read_text
 
@@ -81,8 +75,8 @@ def arrays_in(paths: Mapping[str, Path], owner: Callable[[str], bool] = lambda n
                 blocks[stem, "image"] = np.array([file.name])
             elif file == path or ending in BLOCKS:
                 with suppress(*(() if file == path else (WorkbenchError, ValueError))):
-                    found = arrays_by_layout(file)
-                    found = found or arrays_of(read_bytes(file), file, owner, headed=bool(stem))
+                    special = (known.arrays(file) for known in layouts()[1] if ending in known.endings)
+                    found = next(special, {}) or arrays_of(read_bytes(file), file, owner, headed=bool(stem))
                     blocks |= {(stem, name): block(values) for name, values in found.items()}
     return _in_rows(blocks, are_named=len(paths) > 1)
 
@@ -190,14 +184,13 @@ def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
     found, side, part, name, at = defaultdict[str, list[tuple[int, list[float]]]](list), "", "", "", -1
     for key, count, number in _TOKEN.findall(text):
         if key:
-            at = int(numbered[1]) if (numbered := _NUMBER.search(key)) else at
-            key = _NUMBER.sub("", key)
+            key, count, *_ = *_NUMBER.split(key), ""
             side, part = (key, "") if owner(key) else (side, part)
             part = key if TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
             name = "_".join(filter(None, dict.fromkeys((side, part, key))))
+        at = int(count or at)
+        if key or (count and name):
             found[name].append((at, []))
-        elif count and name:
-            found[name].append((at := int(count), []))
         elif name:
             found[name][-1][1].append(float(number))
     for rows in found.values():
@@ -323,8 +316,8 @@ def with_lists(grid: Grid) -> Grid:
         name, cells = head[k], [row[k] for row in body if len(row) == width]
         found = [_ENTRY.findall(m[1]) if (m := _LIST.fullmatch(cell)) else [] for cell in cells]
         if len(sizes := {len(f) for f, cell in zip(found, cells, strict=True) if cell}) == 1 < max(sizes):
-            names = _headings(name, (size := max(sizes),)) if quantities_of(meaning_of(name) or "q1") else []
-            if names:
+            is_label = not headings.quantities_of(meaning_of(name) or "q1")
+            if not is_label and (names := _headings(name, (size := max(sizes),))):
                 lists[k] = [names, *([e.strip("'\"[]()") for e in f] or [""] * size for f in found)]
     plain = {meaning_of(name) for k, name in enumerate(head) if k not in lists} - {None}
     lists = {k: own for k, own in lists.items() if not plain & set(map(meaning_of, own[0]))}
@@ -363,15 +356,15 @@ def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     plain, _, ending = name.lower().rpartition("_")
     is_unit = not said and ending in ("deg", "rad", "mm", "m")
     plain, unit = (plain, f"[{ending}]") if is_unit else (name.lower(), f"[{said}]" if said else "")
-    if shape in _MATRICES and not is_commanded(name):
+    if shape in _MATRICES and not headings.is_commanded(name):
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:
         return [f"{name}{f'[{said}]' if said else ''}"] if not shape else []
     if joints := _JOINTS.fullmatch(plain):
         return [f"{joints[1] or ''}q{k + 1}{unit}" for k in range(shape[0])]
-    first, _, _ = plain.partition("_" if is_of_measurement(name) else "\n")
+    first, _, _ = plain.partition("_" if headings.is_of_measurement(name) else "\n")
     is_place = any(map(_PLACES.fullmatch, (first, plain))) or meaning_of(f"{plain}_x") == "x"
-    if shape == (3,) and is_place and not is_commanded(name):
+    if shape == (3,) and is_place and not headings.is_commanded(name):
         return [f"{'r' * ('rvec' in plain)}{axis}{unit}" for axis in "xyz"]
     if shape == (4,):
         return ["qw", "qx", "qy", "qz"]

@@ -207,13 +207,13 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
     if not numbers:
         paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
         given = remedy(", or give a table of joints (--joints)", page="")
-        more = f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1[deg]", number=wanted or 0)
+        more = f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1", lacks=wanted or 0)
         raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …{given}{more}")
     _counted(fields, numbers, "joint", "q{}")
     if wanted is not None and (len(numbers) < wanted or (len(numbers) > wanted and not some)):
         there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
         lacks, read = max(wanted - len(numbers), 0), [fields.headings[f"q{k}"] for k in numbers]
-        more = unread_text(fields.unread, f"q{numbers[-1] + 1}[deg]", number=lacks, read=read)
+        more = unread_text(fields.unread, f"q{numbers[-1] + 1}", lacks=lacks, read=read)
         how = f"choose the robot that has them{more * (lacks > 0)}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
         raise ShapeError(text, expected=wanted, found=len(numbers))
@@ -292,7 +292,7 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
         wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
-        text = f"nothing was observed: add {wanted}{unread_text(fields.unread, 'x[mm]')}"
+        text = f"nothing was observed: add {wanted}{unread_text(fields.unread, 'x')}"
         raise DataError(f"{fields.source}: {text}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:

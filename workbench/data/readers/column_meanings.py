@@ -18,25 +18,15 @@ from workbench.base.remedy import remedy
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
 from workbench.data.observation import known_columns
+from workbench.data.readers import headings
 from workbench.data.readers.columns_option import IGNORED, NamedUnit
 from workbench.data.readers.headings import (
-    AROUND,
-    COMMAND,
-    CONTROLLER,
-    JOINT,
     is_commanded,
-    is_observed,
-    is_of_measurement,
-    is_reached,
-    known_together,
     meaning,
-    meaning_of,
     normalised,
     numbers_in,
     quantities_of,
-    split_ending,
     suits,
-    unit_apart,
 )
 from workbench.data.readers.table import NUMBER, Table
 
@@ -121,18 +111,18 @@ class TableColumn:
 def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
     names = [normalised(parse_heading(text).name) for text in table.names]
-    together = known_together(dict(zip(names, table.columns, strict=True)))
+    together = headings.known_together(dict(zip(names, table.columns, strict=True)))
     columns = [_column(table, index, together.get(name)) for index, name in enumerate(names)]
     for index, told in _by_group(table, columns).items():
         columns[index] = _column(table, index, told)
-    if not any(c.key and quantities_of(c.key) == JOINT for c in columns):
+    if not any(c.key and quantities_of(c.key) == headings.JOINT for c in columns):
         left = (names[c.index] for c in columns if c.key is None)
         unread = " ".join(name for name in left if not is_commanded(name))
         taken = set(re.findall(r"\d+", unread))  # numbers of joints that another column may have read
-        bare = replace(table, names=tuple(COMMAND.sub("", text) for text in table.names))
+        bare = replace(table, names=tuple(headings.COMMAND.sub("", text) for text in table.names))
         for i in filter(lambda i: is_commanded(names[i]), range(len(names))):
             key = (second := _column(bare, i, None)).key
-            if key and quantities_of(key) == JOINT and key[1:] not in taken:
+            if key and quantities_of(key) == headings.JOINT and key[1:] not in taken:
                 columns[i] = replace(second, remark=f"'{second.heading}' is read as {key}, as commanded")
     columns = [_with_unit(column, table, columns) for column in columns]
     of_joints = ["q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)]
@@ -147,9 +137,9 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
         if column.key is not None and (other := seen.setdefault(column.key, column)) is not column:
             numbers = [c for c in (column, other) if re.search(r"\d", "".join(table.columns[c.index]))]
             if len(numbers) == 2:
-                is_joint = quantities_of(column.key) == JOINT  # reached, beside commanded ones
-                reached = [c for c in numbers if is_joint and is_reached(c.heading)]
-                measured = [c for c in numbers if is_of_measurement(c.heading)]
+                is_joint = quantities_of(column.key) == headings.JOINT  # reached, beside commanded ones
+                reached = [c for c in numbers if is_joint and headings.is_reached(c.heading)]
+                measured = [c for c in numbers if headings.is_of_measurement(c.heading)]
                 known = [c.conversion.to_si(_numbers(table, [c.index])) for c in numbers if c.conversion]
                 are_two = column.unit != other.unit and len(known) == 2  # of one joint, in deg and in rad
                 is_same = are_two and np.allclose(known[0], known[1], atol=1e-5, equal_nan=True)
@@ -176,7 +166,7 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
     found, counted = dict[int, str](), defaultdict[str, dict[int, int]](dict)
     lengths, words, keys = dict[int, str](), list[int](), [c.key for c in columns if c.key]
     for c in (c for c in columns if c.key is None and not c.remark):
-        name, unit = unit_apart(table.names[c.index])
+        name, unit = headings.unit_apart(table.names[c.index])
         number = re.fullmatch(r"(.*\D)(\d{1,2})", normalised(name))
         if name != IGNORED and not any(map(NUMBER.fullmatch, c.cells)):
             words += [c.index] if MIN_ANCHORED * len({*c.cells}) <= len(c.cells) else []
@@ -187,7 +177,7 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
     runs = [own for own in counted.values() if len(own) > 2 and max(own) - min(own) + 1 == len(own)]
     if len(runs) == 1 and "q1" not in keys:
         found = {index: f"q{k - min(runs[0]) + 1}" for k, index in runs[0].items()}
-    if any(map(is_observed, keys)):
+    if any(map(headings.is_observed, keys)):
         return found
     if len(sets := _triples(lengths, has_actual=False)) == 1:
         return found | dict(zip(sets[0], "xyz", strict=True))
@@ -202,7 +192,7 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     column = TableColumn(index=index, heading=text, cells=tuple(table.columns[index]))
     if IGNORED in (name, key):
         return column
-    split = split_ending(name, key) if key or meaning(name) is None else None
+    split = headings.split_ending(name, key) if key or meaning(name) is None else None
     if split is not None and unit in (None, split[1]):
         (name, unit), remark = split, "" if key else f"the unit of '{text}' is taken from its name"
     if key is None or not (unit is None or suits(unit, key)):
@@ -212,7 +202,7 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
     if is_commanded(name) and any(map(NUMBER.fullmatch, table.columns[index])):
         return replace(column, remark=f"'{text}' is a commanded value, not a measurement, and is left out")
     if key is not None and key != normalised(name) and not remark:
-        computed = CONTROLLER.search(name) and quantities_of(key) != JOINT
+        computed = headings.CONTROLLER.search(name) and quantities_of(key) != headings.JOINT
         remark = COMPUTED if computed else f"'{text}' is read as {key}"
     return column if key is None else replace(column, key=key, unit=unit, remark=remark)
 
@@ -258,8 +248,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
-    column = replace(column, conversion=found, remark="; ".join(remarks))
-    return replace(column, si=column.unit and str(found.quantity))
+    si = column.unit and str(found.quantity)
+    return replace(column, conversion=found, remark="; ".join(remarks), si=si)
 
 
 def _doubt_of_dates(table: Table, index: int) -> str:
@@ -291,11 +281,9 @@ def missing_units(columns: Sequence[TableColumn]) -> str:
 
 def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
-    renamed = {
-        f"'{c.heading}'": str(c.key)
-        for c in columns
-        if c.remark == f"'{c.heading}' is read as {c.key}" and re.fullmatch(r"q\d+", str(c.key))
-    }
+    joints = [c for c in columns if re.fullmatch(r"q\d+", c.key or "")]
+    plainly = [c for c in joints if c.remark == f"'{c.heading}' is read as {c.key}"]
+    renamed = {f"'{c.heading}'": str(c.key) for c in plainly}
     renamed = renamed if len(renamed) > 1 and [*renamed.values()] == sorted(renamed.values()) else {}
     notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if renamed else []
     notes += [c.remark for c in columns if c.remark and f"'{c.heading}'" not in renamed]
@@ -309,35 +297,31 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
 
 
-def unread_text(
-    columns: Mapping[str, Sequence[str]], key: str, *, number: int = 0, read: Sequence[str] = ()
-) -> str:
+def unread_text(columns: Mapping[str, Sequence[str]], key: str, *, lacks: int = 0, read=()) -> str:
     """Columns that are left out, by heading, and how to say what they are, from `key` on; empty without any.
 
-    Of joints `number` are lacking (0: not known), and those under the headings `read` are there.
+    Of joints so many are lacking (0: not known), and those under the headings `read` are there.
     """
     numbers = (n for n, own in columns.items() if any(map(NUMBER.fullmatch, own)))
-    if not (unread := [name for name in numbers if meaning_of(name) != "time"]):
-        return ""
-    are_places, wanted = key == "x[mm]", parse_heading(key).name
-    computed = [n for n in unread if are_places and CONTROLLER.search(n) and not is_of_measurement(n)]
-    fitting = [n for n in unread if (unit := unit_apart(n)[1]) is None or suits(unit, wanted)]
+    unread = [name for name in numbers if headings.meaning_of(name) != "time"]
+    fitting = [n for n in unread if (unit := headings.unit_apart(n)[1]) is None or suits(unit, key)]
+    own = [n for n in unread if key == "x" and headings.CONTROLLER.search(n)]
+    computed = [n for n in own if not headings.is_of_measurement(n)]
     likely = sorted(fitting, key=lambda n: n in computed or is_commanded(n))
     left_out = listed(unread, longest=3)
-    if len(likely) < (number or 1):
-        return f"; the columns left out ({left_out}) have other units" if not likely else ""
-    if are_places:
+    if len(likely) < (lacks or 1):
+        return f"; the columns left out ({left_out}) have other units" if unread and not likely else ""
+    if key == "x":
         sets = _triples(dict(enumerate(unread)), has_actual=False)  # a controller's, an instrument's
-        ways = [dict(zip("xyz", (unread[k] for k in own), strict=True)) for own in sets]
-        distance = f"distance{'[mm]' * (unit_apart(likely[0])[1] is None)}"
-        ways = ways or [dict(zip("xyz" if len(likely) > 2 else [distance], likely, strict=False))]
+        distance = f"distance{'[mm]' * (headings.unit_apart(likely[0])[1] is None)}"
+        ways = [zip("xyz", (unread[k] for k in own), strict=True) for own in sets]
+        ways = ways or [zip("xyz" if len(likely) > 2 else [distance], likely, strict=False)]
     else:
-        own, first = likely[: number or None], int(wanted[1:])
-        orders = (
-            [own, [*own, *read]] if read and len(likely) == 1 else [own]
-        )  # or an axis that carries the arm
-        ways = [{f"q{k}": n for k, n in enumerate(o, 1 if len(o) > len(own) else first)} for o in orders]
-    says = (",".join(f"{k}={parse_heading(name).name}" for k, name in way.items()) for way in ways)
+        joints = [f"q{k}" for k in range(1, int(key[1:]) + len(likely))]
+        ways = [zip(joints[int(key[1:]) - 1 :], likely[: lacks or None], strict=False)]
+        if read and len(likely) == 1:  # which may be an axis that carries the arm
+            ways.append(zip(joints, [*likely, *read], strict=True))
+    says = (",".join(f"{k}={parse_heading(name).name}" for k, name in way) for way in ways)
     options = listed([*says]).replace("', '", "' or '")
     named = f" with columns={options}" * (len(options) < LONGEST)  # a part of them helps nobody
     said = remedy(f"{named} (--columns)", page=f": {CHOOSE_ON_PAGE}")
@@ -361,11 +345,12 @@ def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str])
         keys = keys if is_place else unsaid
         columns = [used[key] for key in keys]
         taken = [table.headings[k] for k in columns]
-        has_actual = any(map(is_reached, taken))
-        if not unsaid or count < 3 or any(map(is_of_measurement, taken)) or (has_actual and not is_place):
+        has_actual = any(map(headings.is_reached, taken))
+        is_said = any(map(headings.is_of_measurement, taken))
+        if not unsaid or count < 3 or is_said or (has_actual and not is_place):
             continue
         sets = _triples(unread, has_actual=has_actual) if is_place else _beside(table, columns, unread)
-        marked = (name for name in taken if AROUND.search(normalised(parse_heading(name).name)))
+        marked = (name for name in taken if headings.AROUND.search(normalised(parse_heading(name).name)))
         may_be_nominal = is_place and not any(marked) and not any(map(is_commanded, unread.values()))
         for other in sets:
             own, theirs = _numbers(table, columns), _numbers(table, other)
@@ -407,7 +392,8 @@ def _triples(unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
     stems = defaultdict[tuple[str, str], dict[str, int]](dict)
     for index, heading in unread.items():
         name = normalised(parse_heading(heading).name)
-        if not (is_commanded(name if has_actual else _REFERENCE.sub("_", name)) or CONTROLLER.search(name)):
+        bare = name if has_actual else _REFERENCE.sub("_", name)
+        if not (is_commanded(bare) or headings.CONTROLLER.search(name)):
             for found in re.finditer("[xyz]", name):
                 stems[name[: found.start()], name[found.end() :]].setdefault(found[0], index)
     return [[own[axis] for axis in "xyz"] for own in stems.values() if len(own) == 3]

@@ -10,15 +10,8 @@ from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError, UnitError
 from workbench.base.wording import of_cell
-from workbench.data.readers.column_meanings import (
-    TableColumn,
-    dates_in,
-    decisions,
-    interpret_columns,
-    missing_units,
-    problems,
-    told_twice,
-)
+from workbench.data.readers import column_meanings
+from workbench.data.readers.column_meanings import TableColumn, dates_in
 from workbench.data.readers.headings import numbers_in
 from workbench.data.readers.table import Table
 
@@ -111,8 +104,8 @@ class Fields:
 
 def fields_of(table: Table) -> Fields:
     """All columns of a table that are understood, in SI; units may lack that rows tell."""
-    columns = interpret_columns(table)
-    for problem in problems(columns):
+    columns = column_meanings.interpret_columns(table)
+    for problem in column_meanings.problems(columns):
         raise problem
     return convert(table, columns)
 
@@ -137,6 +130,7 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
             raise table.error(f"'{cells[row][:40]}' {wrong}", time.index, row)
         values["time"], began = dates[0]
     unread = {c.index: c.heading for c in columns if c.key is None and c.heading}
+    places = {key: column.index for key, column in used.items()}
     return Fields(
         source=table.source,
         lines=table.lines,
@@ -144,10 +138,10 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         headings={key: column.heading for key, column in used.items()},
         units={key: column.unit for key, column in used.items() if column.unit},
         began=began,
-        notes=table.notes + decisions(columns),
+        notes=table.notes + column_meanings.decisions(columns),
         unread={heading: tuple(table.columns[k]) for k, heading in unread.items()},
-        missing_units=missing_units(columns),
-        told_twice=told_twice(table, {str(key): column.index for key, column in used.items()}, unread),
+        missing_units=column_meanings.missing_units(columns),
+        told_twice=column_meanings.told_twice(table, places, unread),
     )
 
 

@@ -278,6 +278,5 @@ def suits(unit: str, key: str) -> bool:
 
 def meaning_of(heading: str) -> str | None:
     """Key of what a heading, with or without its unit, names."""
-    name, unit = parse_heading(heading)
-    split = split_ending(name) if unit is None else None
-    return meaning(name) or (None if split is None else meaning(split[0]))
+    split = split_ending(heading)
+    return meaning(parse_heading(heading).name) or (None if split is None else meaning(split[0]))

@@ -42,22 +42,21 @@ class AbstractJoin(ABC):
 def join(measured: Fields, joints: Fields) -> Fields:
     """Measurements with joints from another table."""
     mine, theirs = _names(measured), _names(joints)
-    both = [key for key in LABELS if key in measured.values and key in joints.values][:1]
+    label = next((key for key in LABELS if key in measured.values and key in joints.values), "")
+    columns = [(label, label)] if label else [*product(mine, theirs)]
     for form, plain in ((str, str), (_number, _number), (_stem, str)):
-        known = {key: tuple(map(plain, names)) for key, names in theirs.items()}
-        once = [key for key, names in known.items() if len(set(names)) == len(names) > 1]
-        alike = [(key, key) for key in both if key in once or form is str]
-        for key, other in alike if both else product(mine, once):
-            names, own = tuple(map(form, mine[key])), known[other]
-            most = 2 * sum(name in own for name in names) > len(names)  # or counted otherwise
-            is_apart = key == other and most and measured.rows != joints.rows
-            if set(names) == set(own) or is_apart or (both and {*names} & {*own}):
+        for key, other in columns:
+            names, known = tuple(map(form, mine[key])), tuple(map(plain, theirs[other]))
+            own, are_once = {*known}, len({*known}) == len(known) > 1
+            shared = sum(name in own for name in names)  # of as many rows they may be counted otherwise
+            is_apart = key == other and 2 * shared > len(names) and measured.rows != joints.rows
+            if are_once and ({*names} == own or is_apart or (label and shared)):
                 if form is _stem:
-                    ends = [re.findall(r"\d+", name)[-1] for name in mine[key]]
+                    ends = [re.findall(r"\d*$", name)[0] or "1" for name in mine[key]]
                     measured = replace(measured, values={**measured.values, "point": np.array(ends)})
-                return _by_label(measured, joints, key, names, own)
-    for key in both:
-        return _by_label(measured, joints, key, mine[key], theirs[key])
+                return _by_label(measured, joints, key, names, known)
+    if label:
+        return _by_label(measured, joints, label, mine[label], theirs[label])
     way = next((way for way in parts("joins", AbstractJoin) if way.applies(measured, joints)), None)
     return by_row(measured, joints) if way is None else way.join(measured, joints)
 
@@ -107,11 +106,9 @@ def _by_label(
 
 def by_row(measured: Fields, joints: Fields) -> Fields:
     if measured.rows != joints.rows:
-        raise DataError(
-            f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
-            "rows in both (column 'point'), give both a column time[s], or one row of joints per measurement",
-            found=(measured.rows, joints.rows),
-        )
+        counts = f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}"
+        how = "name the rows in both (column 'point'), give both a column time[s], or one row of joints per"
+        raise DataError(f"{counts}: {how} measurement", found=(measured.rows, joints.rows))
     note = f"joints are taken from {joints.source} row by row: both have {joints.rows} rows"
     return merged(measured, joints.values, joints, (note,))
 

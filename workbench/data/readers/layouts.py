@@ -75,12 +75,6 @@ def layouts() -> tuple[list[AbstractTableLayout], list[AbstractFileLayout]]:
     return tables, [known for known in every if isinstance(known, AbstractFileLayout)]
 
 
-def arrays_by_layout(path: Path) -> dict[str, np.ndarray]:
-    """Arrays of a file whose ending is a layout's; none of others."""
-    own = (known for known in layouts()[1] if path.suffix.lower() in known.endings)
-    return next((found for known in own if (found := known.arrays(path))), {})
-
-
 def layout_names() -> tuple[str, ...]:
     """What may be asked for by name."""
     return (PLAIN, *(known.name for known in parts("layouts", (AbstractTableLayout, AbstractFileLayout))))

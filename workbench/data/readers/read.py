@@ -18,17 +18,10 @@ from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_columns
 from workbench.data.dataset import Dataset
-from workbench.data.readers import arrays, layouts
+from workbench.data.readers import arrays, columns_option, layouts
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
-from workbench.data.readers.columns_option import (
-    AS_HEADED,
-    Columns,
-    Joints,
-    headings_in_order,
-    of_joints_and_others,
-    parse_columns,
-)
+from workbench.data.readers.columns_option import AS_HEADED, Columns, Joints
 from workbench.data.readers.fields import Fields, convert, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.headings import quantities_of
@@ -38,6 +31,9 @@ from workbench.data.readers.table import Grid, Table, grid_of, only_table, with_
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, sheets_apart
 from workbench.parts import warn_of_broken
+
+Name = str | None
+"""Of a layout, or of a sheet of a workbook; None: whichever is recognised."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,8 +91,8 @@ def read_measurements(
     """
     apart = sheets_apart(source) if sheet is columns is joint_table is None else None
     sheet, joint_sheet, joint_table = (sheet, None, joint_table) if apart is None else (*apart, source)
-    naming = None if joint_table is None else parse_columns(columns)
-    joint_columns, columns = of_joints_and_others(naming) if naming else (None, columns)
+    naming = None if joint_table is None else columns_option.parse_columns(columns)
+    joint_columns, columns = columns_option.of_joints_and_others(naming) if naming else (None, columns)
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if joint_table is not None:
         if "q1" in fields.values:
@@ -108,18 +104,13 @@ def read_measurements(
 
 
 def preview(
-    path: Path | str,
-    *,
-    columns: Columns = None,
-    joints: Joints = None,
-    layout: str | None = None,
-    sheet: str | None = None,
+    source: Any, *, columns: Columns = None, joints: Joints = None, layout: Name = None, sheet: Name = None
 ) -> Preview:
     """What `read_measurements` would make of a file; problems are listed, never raised."""
     found, name, fields, dataset = None, "", None, None
     understood, wrong = tuple[TableColumn, ...](), list[WorkbenchError]()
     try:
-        found, name = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, joints=joints)
+        found, name = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
         understood = interpret_columns(found) if isinstance(found, Table) else tuple(_by_layout(found))
         wrong = problems(understood)
         if not wrong:
@@ -149,12 +140,7 @@ def _by_layout(fields: Fields) -> Iterator[TableColumn]:
 
 
 def read_fields(
-    source: Any,
-    *,
-    columns: Columns = None,
-    layout: str | None = None,
-    sheet: str | None = None,
-    joints: Joints = None,
+    source: Any, *, columns: Columns = None, layout: Name = None, sheet: Name = None, joints: Joints = None
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
     found, _ = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
@@ -162,7 +148,7 @@ def read_fields(
 
 
 def read_by_layout(
-    source: Any, *, columns: Columns, layout: str | None, sheet: str | None, joints: Joints = None
+    source: Any, *, columns: Columns, layout: Name, sheet: Name, joints: Joints = None
 ) -> tuple[Fields | Table, str]:
     """A source by its layout: the columns in SI and the layout's name; a plain table as it is, nameless."""
     if layout not in (None, *(names := layouts.layout_names())):
@@ -170,7 +156,7 @@ def read_by_layout(
     if isinstance(source, str | PathLike):
         path = Path(source)
         if sheet is None and (whole := file_layout(path, layout)) is not None:
-            return whole.read(path, parse_columns(columns) or None), whole.name
+            return whole.read(path, columns_option.parse_columns(columns) or None), whole.name
     table = read_table(source, columns=columns, sheet=sheet, joints=joints)
     headings, (offered, _) = list(table.headings), layouts.layouts()
     tried = [k for k in offered if k.name == layout or (layout is None and not columns)]
@@ -211,13 +197,13 @@ def _matches(known: AbstractFileLayout | AbstractTableLayout, *seen: Any) -> boo
 
 
 def read_table(
-    source: Any, *, columns: Columns = AS_HEADED, sheet: str | None = None, joints: Joints = None
+    source: Any, *, columns: Columns = AS_HEADED, sheet: Name = None, joints: Joints = None
 ) -> Table:
     """A file or a data frame as named columns of text."""
-    naming = parse_columns(columns)
+    naming = columns_option.parse_columns(columns)
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
     if naming and naming.items:
-        return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
+        return with_names(grid, columns_option.headings_in_order(naming, len(grid.rows[-1])))
     return with_headings(only_table(arrays.with_lists(grid)), naming, joints)
 
 

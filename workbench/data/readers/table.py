@@ -181,15 +181,14 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     said = _said(grid, start, naming, joints) if start else {}
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
-    head = max(range(start), key=lambda i: (known[i], i), default=0)
     if not any(known):  # units alone tell a row of headings, in whatever language
         known = [sum(unit_apart(cell)[1] is not None for cell in row) for row in grid.rows[:start]]
-        head = max(range(start), key=lambda i: (known[i], i), default=0)
+    head = max(range(start), key=lambda i: (known[i], i), default=0)
     if not any(known):
         if start == len(grid.rows) > 1:
             raise grid.error("it has no row of numbers: this is not a table of joints or poses")
-        known_not = f"none of the headings {listed(grid.rows[head], longest=3)} is known"
-        found = known_not if start else "there is no header"
+        unknown = f"none of the headings {listed(grid.rows[head], longest=3)} is known"
+        found = unknown if start else "there is no header"
         option = remedy(", or say what they are with columns='q1[deg],…,-,x[mm]' (--columns)", page="")
         wanted = f"name the {len(grid.rows[-1])} columns q1[deg], …, x[mm], y[mm], z[mm] above the numbers"
         raise grid.error(f"{found}: {wanted}{option * has_option}", head)

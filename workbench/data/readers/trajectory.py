@@ -12,8 +12,9 @@ from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.base.wording import listed
 from workbench.data.readers.assemble import joint_columns
-from workbench.data.readers.column_meanings import meaning_of, unread_text
+from workbench.data.readers.column_meanings import unread_text
 from workbench.data.readers.columns_option import GROUPS, Columns, Joints
+from workbench.data.readers.headings import meaning_of
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
 
@@ -63,7 +64,7 @@ def read_trajectory(
     position = fields.stacked(("x", "y", "z"))
     q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
     if q is None and position is None:
-        needed = f"joints (q1[rad] …) or positions (x[m], y[m], z[m]){unread_text(fields.unread, 'q1[deg]')}"
+        needed = f"joints (q1[rad] …) or positions (x[m], y[m], z[m]){unread_text(fields.unread, 'q1')}"
         raise DataError(f"{fields.source}: a trajectory needs {needed}")
     turn = fields.stacked(GROUPS["rotvec"]) if q is None and columns is None else None
     is_long = turn is not None and (np.linalg.norm(turn, axis=1) > 1.001 * np.pi).any()

@@ -52,8 +52,7 @@ def hidden_effects(
 
 def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random.Generator) -> Motion:
     """Joint positions with whatever drives the robot's effects; nothing else."""
-    drivers: dict[str, np.ndarray] = {}
-    rows = len(q)
+    drivers, rows = dict[str, np.ndarray](), len(q)
     for effect in robot.effects:
         if effect.loads and robot.has_masses:
             mass = sum(joint.mass or 0.0 for joint in robot.joints)

@@ -29,6 +29,8 @@ LIKELY_ERRORS = 1e-3, float(np.deg2rad(0.3))
 ANCHOR_CIRCLE = 0.6
 """Radius of the circle of three anchors about the base where none are given, as a share of the reach."""
 
+Poses = Float[np.ndarray, "rows 4 4"]
+
 
 def virtual_arm(
     robot: Robot, *, rng: np.random.Generator, errors: tuple[float, float] = LIKELY_ERRORS
@@ -139,11 +141,7 @@ def _follow(
 
 
 def readings(
-    instrument: Instrument,
-    arm: Robot,
-    motion: Motion,
-    poses: Float[np.ndarray, "rows 4 4"],
-    rng: np.random.Generator,
+    instrument: Instrument, arm: Robot, motion: Motion, poses: Poses, rng: np.random.Generator
 ) -> dict[str, Any]:
     """The columns of a dataset that an instrument fills, at poses of an arm in the measuring frame."""
     observes, rows, (sigma, turn) = instrument.observes, len(poses), instrument.deviations
@@ -164,9 +162,7 @@ def readings(
     return columns
 
 
-def _tilts(
-    arm: Robot, motion: Motion, turn: float, rng: np.random.Generator
-) -> dict[int, Float[np.ndarray, "rows 2"]]:
+def _tilts(arm: Robot, motion: Motion, turn: float, rng: np.random.Generator) -> dict[int, np.ndarray]:
     """Readings of an inclinometer on every moving link [rad], by link: `data/observations/tilt.py`.
 
     The noise turns what it sees as upwards about the two axes across that.
@@ -178,9 +174,7 @@ def _tilts(
     return dict(enumerate(reading(seen / np.linalg.norm(seen, axis=-1, keepdims=True)), start=1))
 
 
-def _markers(
-    instrument: Instrument, poses: Float[np.ndarray, "rows 4 4"], rng: np.random.Generator
-) -> dict[str, np.ndarray]:
+def _markers(instrument: Instrument, poses: Poses, rng: np.random.Generator) -> dict[str, np.ndarray]:
     """The markers themselves, or the pose that fits them."""
     places = np.einsum("rij,mj->rmi", poses[:, :3, :3], instrument.markers) + poses[:, None, :3, 3]
     seen = places + rng.normal(0.0, instrument.sigma_position / np.sqrt(instrument.samples), places.shape)

@@ -162,10 +162,8 @@ class BoardFinder:
         if shown >= MIN_FOUND:
             return f"its markers are not those of {Rig((), self.targets).text}"
         others = [n for n in COMMON_NAMES if n not in stated and len(markers_in(picture, n)[1]) >= MIN_FOUND]
-        text = f"it shows {plural(shown, 'marker')} of {', '.join(stated)}"
-        return text + (
-            f" and more of {others[0]}" if others else ": is it in view, sharp, lit, not mirrored?"
-        )
+        more = f" and more of {others[0]}" if others else ": is it in view, sharp, lit, not mirrored?"
+        return f"it shows {plural(shown, 'marker')} of {', '.join(stated)}{more}"
 
 
 def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[PictureTarget, ...]:
@@ -302,10 +300,8 @@ def board_pdf(board: Charuco) -> tuple[bytes, str]:
     page, (name, width, height) = printed_sheet(board)
     buffer, dpi = io.BytesIO(), (25.4 * page.width / width, 25.4 * page.height / height)
     (across, down), (side, marker) = board.squares, (1e3 * board.square, 1e3 * board.marker)
-    title = (
-        f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
-        f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
-    )
+    squares = f"{across} × {down} squares of {side:g} mm, markers of {marker:g} mm"
+    title = f"ChArUco, {squares}, {board.dictionary} {board.markers[0]} … {board.markers[-1]}"
     page.save(buffer, format="PDF", dpi=dpi, title=title, creationDate=None, modDate=None)
     return buffer.getvalue(), f"{title} on {name}; print it at 100 %, and measure a square"
 

@@ -163,10 +163,9 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
     (robot, target), first = _checked(poses, source, notes)
     fits = _fits(robot, target)
     for side, poses, factor in (("robot", robot, 1e-3), ("target", target, 1e3)):
-        if IN_MM.format(side) in notes and any(
-            abs(f.scale / factor - 1.0) < MAX_SCALE for f in fits.values()
-        ):
-            notes.remove(IN_MM.format(side))
+        other = min(abs(fit.scale / factor - 1.0) for fit in fits.values())
+        if (in_mm := IN_MM.format(side)) in notes and other < MAX_SCALE:
+            notes.remove(in_mm)
             poses[:, :3, 3] *= 1e3
             fits = _fits(robot, target)
     size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)

@@ -55,10 +55,9 @@ def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) ->
             cameras[c] = _started(camera, rig, pixels[:, c])
             at = "in the cell, the target on the tool" if camera.mounted is Mount.WORLD else "on the tool"
             size = "{} x {} px".format(*camera.size)
-            notes.append(
-                f"no camera.toml: camera '{camera.name}' is assumed {at}, its pictures {size}; the lens is "
-                f"identified from them, starting at a focal length of {cameras[c].intrinsics[0]:.0f} px"
-            )
+            text = f"no camera.toml: camera '{camera.name}' is assumed {at}, its pictures {size}"
+            start = f"starting at a focal length of {cameras[c].intrinsics[0]:.0f} px"
+            notes.append(f"{text}; the lens is identified from them, {start}")
     return replace(rig, cameras=tuple(cameras)), notes
 
 

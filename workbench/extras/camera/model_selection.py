@@ -62,10 +62,9 @@ class Identifiability(AbstractIdentifiability):
         for name, pose in _poses(fit).items():
             xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
             rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])
-            yield (
-                f"{name} on the {pose['mounted']}: xyz {xyz} mm ± {max(pose['xyz_std_mm']):.2g}, "
-                f"rpy {rpy}° ± {max(pose['rotation_std_deg']):.2g} (one standard error)"
-            )
+            place = f"xyz {xyz} mm ± {max(pose['xyz_std_mm']):.2g}"
+            turn = f"rpy {rpy}° ± {max(pose['rotation_std_deg']):.2g}"
+            yield f"{name} on the {pose['mounted']}: {place}, {turn} (one standard error)"
 
     def json(self, fit: Fit) -> Json:
         apart = [vars(corner) for corner in rig_of(fit.problem.data).rejected]

@@ -84,10 +84,9 @@ class PixelObservation(AbstractObservation):
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        found = np.zeros(len(data), bool)
-        if isinstance(data.readings, PictureReadings):
-            found |= data.readings.seen.any((1, 2))
-        return found
+        if not isinstance(data.readings, PictureReadings):
+            return np.zeros(len(data), bool)
+        return np.asarray(data.readings.seen.any((1, 2)))
 
     @classmethod
     def of(cls, data: Dataset) -> "PixelObservation":
@@ -167,10 +166,8 @@ class PixelObservation(AbstractObservation):
             is_eye, is_board = (np.isfinite(each[:, 0, 0]) for each in (cameras, boards))
             new = count * ~(is_eye[:, None] & is_board)
             if not new.any():
-                still = np.eye(4)
-                return np.where(is_eye[:, None, None], cameras, still), np.where(
-                    is_board[:, None, None], boards, still
-                )
+                cameras[~is_eye], boards[~is_board] = np.eye(4), np.eye(4)
+                return cameras, boards
             half = new * (is_eye[:, None] | is_board)
             i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
             c, b = eyes[i].number, held_by[j].number
@@ -216,9 +213,8 @@ class PixelObservation(AbstractObservation):
             out[..., bent] = np.einsum("nij,knj->nik", by_xi, moves[:, spot])
             by_unknown[mine][row, spot] = out
         rows = len(residual), residual[0].size
-        return Linearised(
-            residual.reshape(rows), by_twist.reshape(*rows, 6), by_unknown.reshape(*rows, len(place))
-        )
+        whole = residual.reshape(rows), by_twist.reshape(*rows, 6), by_unknown.reshape(*rows, len(place))
+        return Linearised(*whole)
 
     def own_errors(self, seen: Linearised) -> OwnErrors:
         """Root mean square of each picture's corners, and the error of the tool that they suggest."""

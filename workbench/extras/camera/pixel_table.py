@@ -88,14 +88,10 @@ def _rows(fields: Fields) -> PixelRows:
 
 
 def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
-    found = []
-    for row, text in enumerate(fields.values[key].tolist()):
-        try:
-            found.append(np.int64(text.removesuffix(".0") or 0))
-        except (ValueError, OverflowError):
-            wrong = f"'{text[:40]}' is not a whole number of at most 18 digits"
-            raise fields.error(wrong, row, key) from None
-    return np.array(found, int)
+    cells = [text.removesuffix(".0") or "0" for text in fields.values[key].tolist()]
+    for row in (k for k, cell in enumerate(cells) if not re.fullmatch(r"[-+]?\d{1,18}", cell)):
+        raise fields.error(f"'{cells[row][:40]}' is not a whole number of at most 18 digits", row, key)
+    return np.array([*map(int, cells)], int)
 
 
 @one_thread()
@@ -163,9 +159,8 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
 
 def plain_names(names: Iterable) -> list[str]:
     """Names of pictures without folder, ending and leading zeros: 'shots/007.png' is '7'."""
-    stems = [
-        re.sub(r"\.(png|jpe?g|bmp|tiff?|pgm|webp|0+)$", "", PurePath(str(n)).name, flags=re.I) for n in names
-    ]
+    ending = re.compile(r"\.(png|jpe?g|bmp|tiff?|pgm|webp|0+)$", re.I)
+    stems = [ending.sub("", PurePath(str(name)).name) for name in names]
     return [stem.lstrip("0") or "0" if stem.isdigit() else stem for stem in stems]
 
 
@@ -181,11 +176,10 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
     lost = place < 0
     if lost.mean() > STRANGE:
         first = int(np.argmax(lost))
-        such = f"{int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]} corner"
-        text = (
-            f"{such} {rows.corner[first]}, are not of the target: {rig.text}; give the one that was in view"
-        )
-        raise DataError(f"{rows.source}: {text}", column="id", found=int(rows.id[first]))
+        such = f"{int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]}"
+        text = f"{such} corner {rows.corner[first]}, are not of the target: {rig.text}"
+        how = "give the one that was in view"
+        raise DataError(f"{rows.source}: {text}; {how}", column="id", found=int(rows.id[first]))
     unknown = sorted(set(rows.id[lost].tolist()))[:8]
     notes = [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown} are left out"] if unknown else []
     return place, np.array([cameras[name] for name in rows.camera.tolist()], int), notes

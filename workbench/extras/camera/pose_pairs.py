@@ -139,10 +139,8 @@ def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str,
         return dict(zip(SIDES, halves, strict=True))
     if [*arrays] == [""] and both.shape[1:] == (4, 4) and len(both) % 2 == 0:  # which turn alike
         ways = {"one after the other": np.vsplit(both, 2), "in turns": (both[::2], both[1::2])}
-        cosines = {
-            k: [np.einsum("kij,ij->k", s[:, :3, :3], s[0, :3, :3]) for s in own] for k, own in ways.items()
-        }
-        how = min(ways, key=lambda k: np.ptp(cosines[k], axis=0).sum())
+        turns = {k: [s[:, :3, :3] @ s[0, :3, :3].T for s in own] for k, own in ways.items()}
+        how = min(ways, key=lambda k: np.ptp(np.trace(turns[k], axis1=2, axis2=3), axis=0).sum())
         notes.append(f"robot's and target's poses stand {how}, the robot's first")
         return dict(zip(SIDES, ways[how], strict=True))
     whole = {n: own for n, own in arrays.items() if block(own)[:1].size in WIDTHS}

@@ -62,14 +62,10 @@ class PicturePreparation(AbstractPreparation):
             off = Pictures.at(problem, x).off
         usual = float(np.median(off))
         if usual > HOPELESS:
-            best = (
-                f"with the best poses of camera and target, half of them are {1e3 * usual:.0f} mm off or more"
-            )
-            check = (
-                "check that each row is its picture's, the order, units and signs of the joints, the robot,"
-            )
-            text = f"the pictures don't fit their joint readings: {best}; {check} and 'mounted'"
-            raise DataError(f"{data.source}: {text} in target.toml and camera.toml")
+            best = f"with the best poses of camera and target, half of them are {1e3 * usual:.0f} mm off"
+            check = "check that each row is its picture's, the order, units and signs of the joints"
+            text = f"the pictures don't fit their joint readings: {best} or more; {check}, the robot, and"
+            raise DataError(f"{data.source}: {text} 'mounted' in target.toml and camera.toml")
         lost = off > max(OUT_OF_LINE * usual, FAR_OFF)
         if lost.mean() >= MAX_WRONG:
             return {}
@@ -108,10 +104,9 @@ def _check_number(data: Dataset) -> None:
     if (count := int((data.included & is_placed).sum())) < MIN_PICTURES:
         lost = [] if data.reason is None else data.reason[~data.included].tolist()
         why = "; ".join([*data.notes, *dict.fromkeys(reason for reason in lost if reason)])
-        few = (
-            f"{count} pictures with four points of the target or more are left; give at least {MIN_PICTURES}"
-        )
-        raise DataError(f"{data.source}: {few}{f' ({why})' * bool(why)}", found=count)
+        few = f"{count} pictures with four points of the target or more are left"
+        more = f"give at least {MIN_PICTURES}{f' ({why})' * bool(why)}"
+        raise DataError(f"{data.source}: {few}; {more}", found=count)
 
 
 def _largest_turn(robot: Robot, data: Dataset) -> float:

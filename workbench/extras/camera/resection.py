@@ -109,14 +109,12 @@ def _poses(
     cv2, lens, points = opencv(), as_opencv(camera.intrinsics), target.points
     if not is_plane(points[there], WIDE, 1.0):
         return
-    found: list[tuple[np.ndarray, np.ndarray]] = []
+    found, given = list[tuple[np.ndarray, np.ndarray]](), (points[there], pixels[there], *lens)
     if is_plane(points[there], WIDE):
-        _, turns, places, _ = cv2.solvePnPGeneric(
-            points[there], pixels[there], *lens, flags=cv2.SOLVEPNP_IPPE
-        )
+        _, turns, places, _ = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
         found += zip(turns, places, strict=True)
     with suppress(cv2.error):  # points close together
-        _, *one, _ = cv2.solvePnPRansac(points[there], pixels[there], *lens, flags=cv2.SOLVEPNP_SQPNP)
+        _, *one, _ = cv2.solvePnPRansac(*given, flags=cv2.SOLVEPNP_SQPNP)
         found.append((one[0], one[1]))
     for turn, place in found:
         near = there
@@ -139,11 +137,9 @@ def _judged(
     of_picture = np.nanmedian(off, axis=1)
     useless = of_picture > USELESS
     if np.median(of_picture) > USELESS:
-        off_by = (
-            f"corners are {np.median(of_picture):.3g} px off what the target and the intrinsics of camera"
-        )
+        off_by = f"corners are {np.median(of_picture):.3g} px off what the target and the intrinsics of"
         check = "check squares, ids, a mirrored print, fx and fy"
-        raise DataError(f"{data.source}: {off_by} '{camera.name}' predict; {check}")
+        raise DataError(f"{data.source}: {off_by} camera '{camera.name}' predict; {check}")
     points = np.isfinite(off[~useless]).sum(1)
     spare = np.sqrt(np.maximum(2.0 * points - 6.0, 1.0).sum() / (2.0 * points).sum())
     scatter = float(np.nanmedian(off[~useless])) / RAYLEIGH / spare

@@ -25,6 +25,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.base.wording import in_mm
+from workbench.data.readers.headings import number_in
 from workbench.exports.export_format import AbstractForm, Job, pose_text
 
 FILE, WAS = "the file of --into", "that was calibrated"
@@ -202,13 +203,10 @@ def urdf_links(root: Any) -> list[UrdfLink]:
 def _numbers(node: Any, key: str, default: str, *, is_direction: bool = False) -> np.ndarray:
     """Three numbers of an attribute; not all 0 for a direction."""
     text = default if node is None else node.get(key, default)
-    try:
-        found = np.array([float(v) for v in text.split()])
-        is_sound = len(found) == 3 and bool((np.abs(found) < MAX_NUMBER).all())
-        if is_sound and (found.any() or not is_direction):
-            return found
-    except ValueError:
-        pass
+    found = np.array([number_in(word) for word in text.split()])
+    is_sound = len(found) == 3 and bool((np.abs(found) < MAX_NUMBER).all())
+    if is_sound and (found.any() or not is_direction):
+        return found
     wrong = f"line {node.sourceline} has {key}='{text.strip()[:80]}', where 3 numbers are needed"
     raise FileError(f"{wrong}; write the nominal numbers there", path=FILE)
 
@@ -234,12 +232,10 @@ def _placing(job: Job) -> Placing:
     far, angle = _apart(base, own, found)
     if max(far.max() / FAR, angle.max() / ANGLE) > 1.0:
         worst = int(np.argmax(np.maximum(far / FAR, angle / ANGLE)))
-        raise FileError(
-            f"does not match the nominal arm of the calibration: the axis of joint '{chain[worst].name}' "
-            f"is {in_mm(far[worst])} and {np.rad2deg(angle[worst]):.2g}° off (limits {in_mm(FAR)} and "
-            f"{np.rad2deg(ANGLE):.1g}°); give the nominal model",
-            path=FILE,
-        )
+        text = f"does not match the nominal arm of the calibration: the axis of joint '{chain[worst].name}'"
+        off = f"{in_mm(far[worst])} and {np.rad2deg(angle[worst]):.2g}° off"
+        limits = f"limits {in_mm(FAR)} and {np.rad2deg(ANGLE):.1g}°"
+        raise FileError(f"{text} is {off} ({limits}); give the nominal model", path=FILE)
     steps = zip(job.frames.at_zero, nominal.at_zero, strict=True)
     moves = [base @ c @ se3.inverse(base @ n) for c, n in steps]
     for k, (line, wanted) in enumerate(zip(found, _lines(job.frames), strict=True)):

@@ -30,6 +30,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4
 from workbench.base.wording import in_mm
+from workbench.data.readers.headings import number_in
 from workbench.exports.export_format import AbstractForm, Job, tool_note
 from workbench.identification.checks.arm_match import SAME_ARM, misfit, require_same_arm
 
@@ -69,11 +70,9 @@ class KinematicsYaml(AbstractForm):
 
     def write(self, job: Job) -> str:
         frames, kin = self._frames(job), self._kin(job)
-        if kin and all(_bends(job.robot) != _bends(arm) for arm in kin):
-            like = f"lie as those of {', '.join(arm.name for arm in kin)}"
-            raise OptionError(
-                f"--for {self.name} is for arms whose joint axes {like}; those of '{job.robot.name}' don't"
-            )
+        if kin and _bends(job.robot) not in map(_bends, kin):
+            like = f"whose joint axes lie as those of {', '.join(arm.name for arm in kin)}"
+            raise OptionError(f"--for {self.name} is for arms {like}; those of '{job.robot.name}' don't")
         poses = [j.origin for j in frames.joints] + [frames.flange] * self.flange
         pad, inner = "  " * bool(self.head), "  " * bool(self.inner)
         body: list[str] = []
@@ -117,10 +116,8 @@ class KinematicsYaml(AbstractForm):
         slides = [j.joint.name for j in frames.joints if j.joint.kind is JointKind.PRISMATIC]
         if len(frames.joints) not in self.dofs or slides:
             found = f"{len(frames.joints)}{f', and {slides[0]} is prismatic' if slides else ''}"
-            raise OptionError(
-                f"--for {self.name} is for arms of {' or '.join(map(str, self.dofs))} revolute joints; "
-                f"'{job.robot.name}' has {found}"
-            )
+            like = f"of {' or '.join(map(str, self.dofs))} revolute joints"
+            raise OptionError(f"--for {self.name} is for arms {like}; '{job.robot.name}' has {found}")
         if job.source is not None:
             origins = self._poses(job.source, len(frames.joints))
             theirs = frames.with_origins(origins, np.eye(4)).robot(job.robot)
@@ -149,15 +146,10 @@ class KinematicsYaml(AbstractForm):
         for name in self.joints[:count]:
             entry = re.search(rf"^( *){name}:\n((?:(?:\1 .*)?\n)+)", f"{text}\n", re.MULTILINE)
             told = dict(re.findall(r"^ *(\w+): *(\S+)$", entry[2] if entry else "", re.MULTILINE))
-            try:
-                values = np.array([float(told[part]) for part in PARTS])
-            except (KeyError, ValueError):
-                values = np.full(len(PARTS), np.nan)
+            values = np.array([number_in(told.get(part, "")) for part in PARTS])
             if not (np.abs(values) < MAX_NUMBER).all():
-                raise FileError(
-                    f"has no numbers x, y, z, roll, pitch, yaw for '{name}'; give a {self.title}",
-                    path=f"the {self.name} file",
-                )
+                text = f"has no numbers x, y, z, roll, pitch, yaw for '{name}'; give a {self.title}"
+                raise FileError(text, path=f"the {self.name} file")
             poses.append(se3.pose(se3.rpy_to_matrix(values[3:]), values[:3]))
         return poses
 

@@ -48,8 +48,7 @@ class Mjcf(AbstractForm):
             kind = "slide" if joint.joint.kind is JointKind.PRISMATIC else "hinge"
             entry = ET.SubElement(node, "joint", name=name, type=kind, axis=_text(joint.axis))
             if np.isfinite(joint.joint.limits).all():
-                entry.set("limited", "true")
-                entry.set("range", _text(np.array(joint.joint.limits)))
+                entry.attrib.update(limited="true", range=_text(np.array(joint.joint.limits)))
             if mass is not None:
                 own = _text(np.full(3, sphere_inertia(mass[0])))
                 ET.SubElement(node, "inertial", pos=_text(mass[1]), mass=repr(mass[0]), diaginertia=own)

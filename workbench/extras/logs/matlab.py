@@ -23,8 +23,8 @@ from workbench.data.readers.table import Grid, grid_of, with_headings
 
 BY_JOINT = ("q", "torque", "direction")
 """Names of as many columns as there are joints."""
-MATRICES = {(3, 3), (4, 4), (3, 1), (1, 3)}
-"""Shapes of what cells hold that are rows."""
+MATRICES = [{(3, 3)}, {(4, 4)}, {(3, 1)}, {(1, 3)}]
+"""Shapes of what all cells hold that are rows."""
 MAX_POINTS = 4
 """Of a posture, one below another."""
 
@@ -58,9 +58,8 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     """Matrices of a MATLAB file as cells of text: by the `columns` option, else by their own names."""
     variables = read_arrays(data, path)
     if not variables:
-        raise FileError(
-            "there are no matrices in this MATLAB file: save tables with table2array", path=str(path)
-        )
+        text = "there are no matrices in this MATLAB file: save tables with table2array"
+        raise FileError(text, path=str(path))
     holds = ", ".join(f"{name} ({' x '.join(map(str, value.shape))})" for name, value in variables.items())
     tables = [value for value in variables.values() if value.ndim == 2 and min(value.shape) > 1]
     if naming is not None and naming.items and len(tables) == 1:  # a list names the columns of a lone matrix
@@ -74,15 +73,11 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
             if "q1" in known and known & {"x", "m1x", "distance"}:
                 return found
     if naming is None or not naming.pairs:
-        raise OptionError(
-            f"{path}: a MATLAB file doesn't state what its matrices are; it holds {holds}: "
-            + remedy(
-                "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
-                "measurement is a column; of a lone matrix a list, 'q[rad],-,xyz[mm]'",
-                page="give it to 'workbench identify --columns', or load a CSV here",
-            ),
-            option="columns",
-        )
+        text = f"{path}: a MATLAB file doesn't state what its matrices are; it holds {holds}"
+        how = "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
+        how += "measurement is a column; of a lone matrix a list, 'q[rad],-,xyz[mm]'"
+        elsewhere = "give it to 'workbench identify --columns', or load a CSV here"
+        raise OptionError(f"{text}: {remedy(how, page=elsewhere)}", option="columns")
     columns, notes, rows = dict[str, list[str]](), list[str](), 0
     pairs = sorted(naming.pairs, key=lambda p: any(i.name.lower() in BY_JOINT for i in (p[0], *p[1])))
     for side, wanted in pairs:  # joints last: the others tell how many rows
@@ -181,7 +176,8 @@ def _collect(name: str, value: Any, found: dict[str, np.ndarray]) -> None:
     if type(value) is np.ndarray and value.dtype.names and value.size == 1:
         for field in value.dtype.names:
             _collect(f"{name}.{field}", value.flat[0][field], found)
-    elif type(value) is np.ndarray and value.dtype.kind == "O" and {*map(np.shape, value.flat)} <= MATRICES:
+    elif type(value) is np.ndarray and value.dtype.kind == "O" and {*map(np.shape, value.flat)} in MATRICES:
         found[name] = np.stack([*value.flat])
     elif type(value) is np.ndarray:
-        found[name] = np.moveaxis(value, -1, 0) if value.ndim == 3 else value
+        are_pages = value.ndim == 3 and {value.shape[1:]} not in MATRICES
+        found[name] = np.moveaxis(value, -1, 0) if are_pages else value

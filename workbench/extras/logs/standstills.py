@@ -34,6 +34,7 @@ DENSE = 0.25
 STEP = 0.02
 MIN_CORRELATION, MIN_CORRELATION_RATIO = 0.6, 1.1
 """Minimum correlation of both motions, and how much better it is than at any other offset."""
+CHECK = "check that both are of the same run, and that time[s] is of one clock"
 ORIENTATION_KEYS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
 
 Times = Float[np.ndarray, " samples"]
@@ -83,11 +84,9 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         inside = np.flatnonzero((log >= log[first] + MARGIN) & (log <= log[last] - MARGIN))
         parts, of_joints = parts + own, of_joints + [inside] * len(own)
     if not parts:
-        raise DataError(
-            f"{measured.source}: nothing was measured while the arm stood still "
-            f"({plural(len(standstills), 'standstill')} of {WINDOW} s or longer in {joints.source}); "
-            "check that both are of the same run, and that time[s] is of one clock"
-        )
+        stood = f"{plural(len(standstills), 'standstill')} of {WINDOW} s or longer in {joints.source}"
+        text = f"nothing was measured while the arm stood still ({stood}); {CHECK}"
+        raise DataError(f"{measured.source}: {text}")
     found = _averaged(measured, parts, "the tool")
     rest = {key: own for key, own in joints.values.items() if key not in measured.values}
     along = {key: np.array([_middle(own[rows]) for rows in of_joints]) for key, own in rest.items()}
@@ -109,10 +108,8 @@ def _dated(measured: Fields, joints: Fields) -> Fields:
         return replace(measured, values={**measured.values, "time": time}, began=second)
     if first is second is None or (_dense(measured.values["time"]) and _dense(joints.values["time"])):
         return measured
-    raise DataError(
-        f"{measured.source} and {joints.source} count time differently: give both dates of one time "
-        "zone, or both seconds of one clock"
-    )
+    how = "give both dates of one time zone, or both seconds of one clock"
+    raise DataError(f"{measured.source} and {joints.source} count time differently: {how}")
 
 
 def still(time: Times, values: Float[np.ndarray, "samples n"], maximum: float) -> list[tuple[int, int]]:
@@ -162,11 +159,9 @@ def clock_offset(
         return 0.0, ()
     if alike[best] < MIN_CORRELATION or (len(others) and score[best] < MIN_CORRELATION_RATIO * others.max()):
         how = "no offset" if alike[best] < MIN_CORRELATION else "more than one offset"
-        raise DataError(
-            f"{how} of their clocks makes measurements and joints move at the same times: check that they "
-            "are of the same run, or give both the same clock in time[s]",
-            column="time",
-        )
+        text = f"{how} of their clocks makes measurements and joints move at the same times"
+        check = "check that they are of the same run, or give both the same clock in time[s]"
+        raise DataError(f"{text}: {check}", column="time")
     text = f"the clocks differ by {offsets[best]:+.2f} s, found from the times at which joints and tool moved"
     return float(offsets[best]), (text,)
 
@@ -241,10 +236,8 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
     ranges = [np.ptp(_points(measured.take(rows)), axis=0) for rows in parts]
     restless = [k for k, size in enumerate(ranges) if np.nanmax(size, initial=0.0) > 4.0 * STILL_POINT]
     if len(restless) > len(parts) // 2:
-        raise DataError(
-            f"{measured.source}: {what} moves by more than {4e3 * STILL_POINT:g} mm in {len(restless)} of "
-            f"{len(parts)} standstills: check that both are of the same run, and that time[s] is of one clock"
-        )
+        where = f"by more than {4e3 * STILL_POINT:g} mm in {len(restless)} of {len(parts)} standstills"
+        raise DataError(f"{measured.source}: {what} moves {where}: {CHECK}")
     places = [f"{plural(len(restless), 'standstill')}, such as line {lines[k]}" for k in restless[:1]]
     notes = (*measured.notes, *(f"{what} moved in {place}" for place in places))
     return replace(measured, values=values, rotation=rotation, lines=lines, notes=notes)

@@ -147,9 +147,8 @@ class Polar(AbstractTableLayout):
             k = at[units.index(None)]
             raise table.error(f"the unit is missing: write '{table.headings[k]}[deg]', [gon], [mm] or [m]", k)
         kinds = (Quantity.ANGLE, Quantity.ANGLE, Quantity.LENGTH)
-        turned, down, far = (
-            to_si(to_numbers(table, k), u or "", kind) for k, u, kind in zip(at, units, kinds, strict=True)
-        )
+        each = zip(at, units, kinds, strict=True)
+        turned, down, far = (to_si(to_numbers(table, k), u or "", kind) for k, u, kind in each)
         turned = -turned if (is_clockwise := units[0] in ("gon", "grad")) else turned
         found = self.words[1].fullmatch(normalised(name[1]))
         down = np.pi / 2.0 - down if found is not None and found["level"] else down

@@ -13,7 +13,7 @@ from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS
-from workbench.extras.pendant.displayed import Displayed
+from workbench.extras.pendant.displayed import SIZES, Displayed
 from workbench.identification.meaning.read_rows import read_rows
 from workbench.identification.meaning.reading import FITS_TURN, FOREIGN_MISFIT, RowReading
 from workbench.identification.meaning.search import CLEAR, EXACT, ReadingSearch
@@ -29,6 +29,8 @@ UNIFORM = 1.0 / np.sqrt(12.0)
 """Standard deviation of rounding, in steps."""
 EXACT_SIGMA = (1e-7, 1e-7)
 """Standard deviations of numbers that are exact [m], [rad]."""
+MAX_DECIMALS = 7
+"""Decimals of joint positions that may be all that were shown."""
 COMMANDED = 0.5
 """Joint positions that are all whole multiples of this many degrees were commanded, not rounded."""
 
@@ -103,7 +105,7 @@ def with_displayed_frames(robot: Robot, reading: RowReading) -> Robot:
 
 def as_datasets(arm: Robot, robot: Robot, shown: Displayed, reading: RowReading) -> tuple[Dataset, Dataset]:
     """The poses of an arm that counts as they do, each with the standard deviation that rounding gives it;
-    first with joints at whole degrees as exact, as if they were commanded there."""
+    first with joints as written, and exact at whole degrees, as if they were commanded there."""
     joint, length, angle = (UNIFORM * step for step in shown.steps)
     written, convention, is_own = shown.data.written, reading.convention, arm is robot
     assert written is not None
@@ -116,9 +118,19 @@ def as_datasets(arm: Robot, robot: Robot, shown: Displayed, reading: RowReading)
         moved = replace(shown.data, written=written._replace(numbers=written.numbers + step))
         change = se3.matrix_to_rotvec(convention.rotations(moved) @ at.swapaxes(1, 2)) / 1e-6
         known[:, 3:] += (own[:, None] * change) ** 2
-    shares = reading.in_units(joint) @ np.abs(reading.w.T if is_own else np.eye(joint.shape[1]))
-    rounded = known + ((geometric_jacobian(arm, data.q) * shares[:, None]) ** 2).sum(2)
+    own = np.abs(reading.w.T if is_own else np.eye(joint.shape[1]))
+    moved = geometric_jacobian(arm, data.q)
+    told = np.maximum(joint, UNIFORM * _step(shown.data.q, SIZES[shown.units[0]]))
+    written, rounded = (
+        known + ((moved * (reading.in_units(j) @ own)[:, None]) ** 2).sum(2) for j in (joint, told)
+    )
     is_whole = np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)
-    variances = np.maximum([known if is_whole else rounded, rounded], np.repeat(EXACT_SIGMA, 3) ** 2)
+    variances = np.maximum([known if is_whole else written, rounded], np.repeat(EXACT_SIGMA, 3) ** 2)
     first, second = (replace(data, sigma=s, read_as=reading.text) for s in np.sqrt(variances))
     return first, second
+
+
+def _step(numbers: np.ndarray, unit: float) -> float:
+    """Power of ten of a unit of which all numbers are multiples; 0 if of none."""
+    steps = unit * 10.0 ** -np.arange(MAX_DECIMALS)
+    return next((s for s in steps if np.allclose(numbers / s, np.round(numbers / s), rtol=0, atol=1e-6)), 0.0)

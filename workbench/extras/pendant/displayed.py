@@ -136,7 +136,7 @@ def read_display(
     turn = entries if len(entries) == 9 else sorted(entries, key=lambda c: c.index)
     joints, xyz = ([known[key] for key in keys] for keys in ([f"q{k + 1}" for k in range(robot.dof)], "xyz"))
     data, stood = _chosen(data, data.included)
-    shown = [_block(table, own, data.row) for own in (joints, xyz, turn)]
+    shown = [_block(table, own, data.row, own is joints) for own in (joints, xyz, turn)]
     return displayed(robot, shown, data.source, data.row, name * is_named, stood)
 
 
@@ -247,7 +247,7 @@ def _completed(table: Table, joints: int) -> tuple[Table, bool]:
     return replace(table, names=tuple(names)), is_named
 
 
-def _block(table: Table, columns: Sequence[TableColumn], rows: np.ndarray) -> Shown:
+def _block(table: Table, columns: Sequence[TableColumn], rows: np.ndarray, are_joints: bool) -> Shown:
     """Columns of a table, with the unit that headings say first."""
     cells = np.array([table.columns[c.index] for c in columns])[:, rows].T
     numbers = np.stack([to_numbers(table, c.index)[rows] for c in columns], axis=1)
@@ -256,7 +256,7 @@ def _block(table: Table, columns: Sequence[TableColumn], rows: np.ndarray) -> Sh
     names = ("mm", "m") if said and said.quantity is Quantity.LENGTH else ("deg", "rad")
     unit = names[not np.isclose(SIZES[names[0]], said.scale)] if said else ""
     scales = np.array([c.scale if c else np.nan for c in known])
-    return Shown(numbers, _last_digits(cells, numbers), unit, scales)
+    return Shown(numbers, _last_digits(cells, numbers, are_joints), unit, scales)
 
 
 def _told(values: Float[np.ndarray, "rows k"], unit: str, sizes: Sequence) -> Shown:
@@ -268,13 +268,15 @@ def _told(values: Float[np.ndarray, "rows k"], unit: str, sizes: Sequence) -> Sh
     return Shown(values, min(found, key=lambda each: each[0])[1], unit, 1.0)
 
 
-def _last_digits(cells: np.ndarray, numbers: Float[np.ndarray, "rows k"]) -> Float[np.ndarray, "rows k"]:
-    """Value of each number's last digit, where all are printed with as many decimals, or digits in all; those
-    that are zero in every cell were not shown, unless all are commanded ones, whole or halves."""
-    is_shown, decimals, digits = not np.allclose(2.0 * numbers, np.round(2.0 * numbers)), 0, 0
+def _last_digits(
+    cells: np.ndarray, numbers: Float[np.ndarray, "rows k"], are_commanded: bool = True
+) -> Float[np.ndarray, "rows k"]:
+    """Value of each number's last digit, where all are printed with as many decimals, or digits in all; of
+    computed numbers those that are zero in every cell were not shown."""
+    decimals = digits = 0
     for cell in cells.ravel():
         mantissa, _, power = cell.lower().strip().replace(",", ".").partition("e")
-        mantissa = mantissa.rstrip("0") if is_shown and "." in mantissa else mantissa
+        mantissa = mantissa if are_commanded or "." not in mantissa else mantissa.rstrip("0")
         decimals = max(decimals, len(mantissa.partition(".")[2]) - int(power or 0))
         digits = max(digits, len(mantissa.lstrip("+-\u22120.").replace(".", "")))
     with np.errstate(divide="ignore"):

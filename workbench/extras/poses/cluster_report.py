@@ -29,11 +29,10 @@ CLUSTER = ResultFields(
 def cluster_blocks(found: Clustering) -> Iterator[Block]:
     """The poses with their cubes, and what equal O alone would have been worth."""
     cubes = found.region.centres[found.best.cubes]
+    each = zip(cubes, found.best.o, shown_joints(found.robot, found.best.q), strict=True)
     poses = [
         (str(k), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", " ".join(f"{v:.1f}" for v in joints))
-        for k, (cube, o, joints) in enumerate(
-            zip(cubes, found.best.o, shown_joints(found.robot, found.best.q), strict=True), 1
-        )
+        for k, (cube, o, joints) in enumerate(each, 1)
     ]
     title = f"{plural(len(cubes), 'pose')}, one each of the {found.region.cube_text}, for {found.robot.name}"
     yield ResultTable(title, ("pose", "cube about [mm]", "O", "joints [°, mm]"), poses)

@@ -151,11 +151,8 @@ def cluster_region(
     if number < 2:
         raise OptionError(f"clustering needs at least 2 poses, got {number}", option="number", found=number)
     if number > region.cubes:
-        raise DataError(
-            f"{number} poses need {number} different cubes, the region has {region.cubes} of side "
-            f"{region.cube:g} m; ask for fewer poses or smaller cubes",
-            found=region.cubes,
-        )
+        has = f"the region has {region.cubes} of side {region.cube:g} m; ask for fewer poses or smaller cubes"
+        raise DataError(f"{number} poses need {number} different cubes, {has}", found=region.cubes)
     pool = _pool(robot, region, limits, aim, np.random.default_rng(seed))
     bands = _bands(pool, number)
     best, outcome = None, Outcome.CONVERGED
@@ -199,11 +196,9 @@ def _bands(pool: _PoseCandidates, number: int) -> list[np.ndarray]:
             found.append(np.arange(k, ends[k]))
             taken[k : ends[k]] = True
     if not found:
-        raise DataError(
-            f"of {len(pool.q)} random poses in the region at most {counts.max(initial=0)} have O equal to "
-            f"{100 * TOLERANCE:g} % in different cubes, {number} are needed; ask for fewer or a wider band",
-            found=int(counts.max(initial=0)),
-        )
+        most, equal = int(counts.max(initial=0)), f"have O equal to {100 * TOLERANCE:g} % in different cubes"
+        text = f"of {len(pool.q)} random poses in the region at most {most} {equal}, {number} are needed"
+        raise DataError(f"{text}; ask for fewer or a wider band", found=most)
     return found
 
 

@@ -105,12 +105,9 @@ def informative_poses(
 def _check_enough(number: int, parameters: int) -> None:
     minimum = -(-parameters // 6)
     if number < minimum:
-        raise OptionError(
-            f"{number} poses give {number * 6} equations for {parameters} parameters; use at least "
-            f"{minimum} poses, or the index O of single poses",
-            option="number",
-            found=number,
-        )
+        few = f"{number} poses give {number * 6} equations for {parameters} parameters"
+        how = f"use at least {minimum} poses, or the index O of single poses"
+        raise OptionError(f"{few}; {how}", option="number", found=number)
 
 
 def _admitted(robot: Robot, q: np.ndarray, number: int, limits: PoseLimits, rng) -> np.ndarray:
@@ -119,11 +116,8 @@ def _admitted(robot: Robot, q: np.ndarray, number: int, limits: PoseLimits, rng)
     low, high = robot.limits.T
     kept = q[((q >= low) & (q <= high)).all(1) & limits.admits(robot, q)]
     if len(kept) < number:
-        raise DataError(
-            f"{number} poses can't be chosen from {len(q)} candidates of which {len(kept)} keep the limits; "
-            "give more candidates or relax the limits",
-            found=len(kept),
-        )
+        few = f"{number} poses can't be chosen from {len(q)} candidates of which {len(kept)} keep the limits"
+        raise DataError(f"{few}; give more candidates or relax the limits", found=len(kept))
     return rng.permutation(kept)
 
 
