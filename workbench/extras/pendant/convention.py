@@ -118,14 +118,13 @@ def as_datasets(arm: Robot, robot: Robot, shown: Displayed, reading: RowReading)
         moved = replace(shown.data, written=written._replace(numbers=written.numbers + step))
         change = se3.matrix_to_rotvec(convention.rotations(moved) @ at.swapaxes(1, 2)) / 1e-6
         known[:, 3:] += (own[:, None] * change) ** 2
-    own = np.abs(reading.w.T if is_own else np.eye(joint.shape[1]))
-    moved = geometric_jacobian(arm, data.q)
+    shares = np.abs(reading.w.T if is_own else np.eye(joint.shape[1]))
+    by_joint = geometric_jacobian(arm, data.q)
     told = np.maximum(joint, UNIFORM * _step(shown.data.q, SIZES[shown.units[0]]))
-    written, rounded = (
-        known + ((moved * (reading.in_units(j) @ own)[:, None]) ** 2).sum(2) for j in (joint, told)
-    )
+    each = (by_joint * (reading.in_units(j) @ shares)[:, None] for j in (joint, told))
+    plain, rounded = (known + (part**2).sum(2) for part in each)
     is_whole = np.allclose(degrees, COMMANDED * np.round(degrees / COMMANDED), atol=1e-9)
-    variances = np.maximum([known if is_whole else written, rounded], np.repeat(EXACT_SIGMA, 3) ** 2)
+    variances = np.maximum([known if is_whole else plain, rounded], np.repeat(EXACT_SIGMA, 3) ** 2)
     first, second = (replace(data, sigma=s, read_as=reading.text) for s in np.sqrt(variances))
     return first, second
 
