@@ -79,7 +79,7 @@ def test_a_column_that_parts_the_rows_is_named_and_keeps_the_arm(other, said):
     seen = first.position + shifts[other]
     rows = Dataset(first.q, np.where(who[:, None], seen, first.position), unread={"who": who.astype(str)})
     found = wb.identify("ur5e", rows)
-    assert said in found.parted
+    assert said in found.common[0]
     assert bool(found.robot.calibration.refused) == bool(said)
 
 
@@ -89,8 +89,8 @@ def test_a_column_that_marks_bad_rows_is_named_with_them():
     points = rows.position + bad[:, None] * rng.normal(0.0, 3e-4, (90, 3))
     columns = {"Valid": np.where(bad, "0", "1"), "who": rng.choice(["A", "B"], 90)}
     found = wb.identify("ur5e", Dataset(rows.q, points, unread=columns))
-    assert found.parted.startswith(f"rows whose 'Valid' is 0 ({bad.sum()} of 90)")
-    assert f"--exclude {','.join(map(str, np.flatnonzero(bad)))} " in found.parted
+    assert found.common[0].startswith(f"rows whose 'Valid' is 0 ({bad.sum()} of 90)")
+    assert f"--exclude {','.join(map(str, np.flatnonzero(bad)))} " in found.common[0]
 
 
 def moved_rows(seed, moved_at, *, of=60):

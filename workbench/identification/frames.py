@@ -199,11 +199,6 @@ class _FrameTrial:
         return self.search.factor or factor_of(self.problem, self.problem.evaluate(self.search.x))
 
     @cached_property
-    def arm(self) -> Robot:
-        """The arm at the solution."""
-        return self.problem.robot_at(self.search.x)
-
-    @cached_property
     def strangeness(self) -> float:
         """Largest correction of the arm in units of what is implausible."""
         kinds = [p.unit == "rad" for p in self.problem.parameters]
@@ -233,9 +228,9 @@ class _FrameTrial:
 
     def is_needed(self, given: Robot, simpler: FrameFreedom) -> bool:
         """Whether the frames that a simpler model has as given are certainly elsewhere, by linearisation."""
-        off: dict[str, float] = {}
+        off, arm = dict[str, float](), self.problem.robot_at(self.search.x)
         for kind in (kind for kind in ("base", "tool") if not getattr(simpler, kind)):
-            found, was = getattr(self.arm, kind), getattr(given, kind)
+            found, was = getattr(arm, kind), getattr(given, kind)
             moved = *(was.xyz - found.xyz), *se3.matrix_to_rotvec(found.rotation.T @ was.rotation)
             off |= zip((f"{kind}.{part}" for part in FRAME_PARTS), moved, strict=True)
         held = np.array([name in off for name in self.problem.names])
@@ -255,7 +250,8 @@ class _FrameTrial:
             return True
         if (wide := widest or freedom) not in self.freer:
             found = self.problem.named(self.search.x)
-            problem = self.problem.again(robot=None if widest else self.arm, frames=wide).with_shares()
+            arm = None if widest else self.problem.robot_at(self.search.x)
+            problem = self.problem.again(robot=arm, frames=wide).with_shares()
             x = problem.at(found if widest else self.problem.instrument(self.search.x))
             problem = problem if prior is None else prior.on(problem)
             self.freer[wide] = problem, factor_of(problem, problem.evaluate(x))

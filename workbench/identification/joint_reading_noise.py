@@ -152,7 +152,7 @@ def with_joint_readings(problem: Problem, x: Float[np.ndarray, " p"], factor: Fa
     stated = bool((problem.own_sigma > 0.0).any())
     scale = _scale(tables := _tables(problem, x, share))
     joints = np.flatnonzero((scale[CHANNELS:] > 0.0) & (scale[CHANNELS:] < MAX_READING_ERROR**2))
-    turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - CHANNELS)])
+    turning = np.array([turns(problem.blocks[0].arm.chain, j) for j in range(len(scale) - CHANNELS)])
     smooth, new = list[int](), [-1]
     while new:
         found = _likeliest(tables, scale, np.setdiff1d(joints, smooth), turning, stated)

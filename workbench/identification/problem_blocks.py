@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import Watched, watched
@@ -190,11 +189,6 @@ class RowBlock:
             return known[0].residual
         return self.observation.linearise(self.poses(x), self.unknown(x)).residual
 
-    @property
-    def chain(self) -> Chain:
-        """Base, arm and tool."""
-        return self.arm.chain
-
     @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, "rows m"]:
         """Reciprocal standard deviation of every residual component, from the row's own and the added noise,
@@ -218,7 +212,8 @@ class RowBlock:
     @cached_property
     def by_joint(self) -> Float[np.ndarray, "rows m n"]:
         """Derivative of residual components by every joint, at nominal constants; for weights only."""
-        poses, twists = self.watched.turned(*chains.joint_twists(self.chain, self.q, part=self.watched.part))
+        moves = chains.joint_twists(self.arm.chain, self.q, part=self.watched.part)
+        poses, twists = self.watched.turned(*moves)
         return self.observation.linearise(poses, self.known).by_twist @ twists
 
     @cached_property
@@ -234,7 +229,7 @@ class RowBlock:
         if any(self.noise.joints):
             columns.append(self.by_joint * np.array(self.noise.joints))
         if Channel.OWN in self.observation.channels and (self.noise.position or self.noise.rotation):
-            (poses,) = self.watched.turned(chains.poses(self.chain, self.q, part=self.watched.part))
+            (poses,) = self.watched.turned(chains.poses(self.arm.chain, self.q, part=self.watched.part))
             lack = np.repeat([self.noise.position, self.noise.rotation], 3)
             columns.append(self.observation.linearise(poses, self.known).by_twist * lack)
         if not columns:
@@ -276,12 +271,12 @@ class RowBlock:
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""
-        values = self.chain.values.copy()
+        values = self.arm.chain.values.copy()
         values[self.elements] = x[self.places[: len(self.elements)]]
         return values
 
     def poses(self, x: np.ndarray) -> np.ndarray:
-        chain, part, shift = self.chain.with_values(self.values(x)), self.watched.part, chains.NO_SHIFT
+        chain, part, shift = self.arm.chain.with_values(self.values(x)), self.watched.part, chains.NO_SHIFT
         if (arm := self.deflected) is not None:
             shift = deflect(arm.at(x, chain.values), arm.motion).shift
         poses = chains.poses(chain, self.q, shift=shift, part=part)
@@ -291,7 +286,7 @@ class RowBlock:
         """Poses of the observed frame at x, and its twists per unknown; plain ones ordered as `places`."""
         values, part, view = self.values(x), self.watched.part, self.view(x)
         if (arm := self.deflected) is None:
-            poses, plain = chains.twists(self.chain.with_values(values), self.q, self.elements, part=part)
+            poses, plain = chains.twists(self.arm.chain.with_values(values), self.q, self.elements, part=part)
             found = Twists(plain, plain[:, :, :0], ())
         else:
             trial, varying = arm.at(x, values), arm.varying

@@ -163,7 +163,7 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Backla
         for block in _holding(problem, middle).blocks:
             arm, values = block.deflected, block.values(x)
             assert arm is not None, "backlash needs an arm with effects"
-            weights, own = arm.weights(x), tuple(own_components(block.chain, [joint])[0])
+            weights, own = arm.weights(x), tuple(own_components(block.arm.chain, [joint])[0])
             trial = arm.at(x, values)
             deflected = deflect(trial, arm.motion)
             size[block.rows, k] = deflected.wrenches[:, *own]

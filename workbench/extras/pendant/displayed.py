@@ -153,9 +153,9 @@ def displayed(
     scales = [np.where(np.isnan(s.scales), size, s.scales) for s, size in zip(shown, sizes, strict=True)]
     joints, position, written = (s.numbers * scale for s, scale in zip(shown, scales, strict=True))
     turns = next(kind for kind in ORIENTATIONS if kind.numbers == count).matrices(written)
-    as_written = WrittenOrientation("", written)
+    data = Dataset(joints, position, turns, written=WrittenOrientation("", written), row=rows, source=source)
     return Displayed(
-        data=Dataset(joints, position, turns, written=as_written, row=rows, source=source),
+        data=data,
         units=(joint, length, angle),
         steps=[s.steps * scale for s, scale in zip(shown, scales, strict=True)],
         is_told=bool(q.unit),
@@ -173,9 +173,8 @@ def _chosen(data: Dataset, mask: Bool[np.ndarray, " rows"]) -> tuple[Dataset, li
     parts = [part for part in (rows[stood], rows[~stood]) if len(part)]
     few = [part[:: -(-len(part) * len(parts) // MAX_READINGS)] for part in parts]
     chosen = np.sort(np.concatenate([rows[:0], *few]))
-    return replace(data.take(chosen), row=chosen, place=chosen, counter=""), np.isin(
-        chosen, rows[stood]
-    ).tolist()
+    data = replace(data.take(chosen), row=chosen, place=chosen, counter="")
+    return data, np.isin(chosen, rows[stood]).tolist()
 
 
 def typed(texts: Iterable[str], robot: Robot) -> Displayed:
