@@ -44,7 +44,7 @@ def _marks(value: Any, given: Any) -> np.ndarray:
 Labels = Annotated[Shaped[np.ndarray, " rows"], Reads("text in every row", _labels)]
 Marks = Annotated[Bool[np.ndarray, " rows"], Reads("True or False in every row", _marks)]
 PER_JOINT = {"q", "torque", "direction"}
-UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "unread", "written"}
+UNSHOWN = {"q", "row", "place", "more", "anchor", "group", "exclude", "reason", "unread", "written"}
 """Columns that are not named where a table is printed."""
 SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")

@@ -20,7 +20,7 @@ from workbench.data.postures import equal_rows
 
 SLACK = 0.05
 """How far beyond a limit a joint may be without a note [rad or m]."""
-UNCOMPARED = {"row", "group", "exclude", "reason"}
+UNCOMPARED = {"row", "place", "group", "exclude", "reason"}
 """Columns that tell nothing of what was measured."""
 NO_DIFFERENCE = 1e-6
 """Angles [rad] and lengths [m] below this are no difference."""

@@ -281,7 +281,8 @@ def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
     upright = {str(name): block(own) for name, own in arrays.items()}
     rows, upright = _upright(upright) if what else (max(map(len, upright.values())), upright)
     for name, array in upright.items():
-        if array.shape[1:] == (4, 4) and not array[:, :3, 3].any():  # a turn, whose place stands apart
+        is_apart = any(map(_PLACES.fullmatch, map(str.lower, upright)))
+        if is_apart and array.shape[1:] == (4, 4) and not array[:, :3, 3].any():  # a turn alone
             array = array[:, :3, :3]
         shape = array.shape[1:-1] if array.shape[2:] == (1,) else array.shape[1:]
         is_turn = shape != (3, 3) or np.abs(np.linalg.det(array) - 1.0).max() <= 0.1

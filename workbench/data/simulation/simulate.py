@@ -103,7 +103,7 @@ def _rows(instrument: Instrument, actual: Robot, motion: Motion, columns, notes=
     """The rows; of the state what a table of measurements holds, as poses are taken at rest."""
     position, rotation = instrument.deviations
     sigma = np.tile([position] * 3 + [np.nan if rotation is None else rotation] * 3, (len(motion), 1))
-    known = Dataset.__dataclass_fields__.keys() - {"row"}
+    known = Dataset.__dataclass_fields__.keys() - {"row", "place"}
     state: dict[str, Any] = {name: values for name, values in motion.drivers.items() if name in known}
     return Dataset(
         q=motion.q,

@@ -179,5 +179,4 @@ def _collect(name: str, value: Any, found: dict[str, np.ndarray]) -> None:
     elif type(value) is np.ndarray and value.dtype.kind == "O" and {*map(np.shape, value.flat)} in MATRICES:
         found[name] = np.stack([*value.flat])
     elif type(value) is np.ndarray:
-        are_pages = value.ndim == 3 and {value.shape[1:]} not in MATRICES
-        found[name] = np.moveaxis(value, -1, 0) if are_pages else value
+        found[name] = np.moveaxis(value, -1, 0) if {value.shape[:2]} in MATRICES and value.ndim > 2 else value
