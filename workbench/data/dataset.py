@@ -300,7 +300,7 @@ class Dataset:
                 first, second = (value or {} for value in pair)
                 names = sorted({*first, *second})
                 columns[f.name] = {k: _stacked((first.get(k), second.get(k)), sizes) for k in names}
-        columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
+        columns["row"] = np.concatenate([self.place, other.place + 1 + self.place.max(initial=-1)])
         columns |= {"counter": "", "place": columns["row"]}
         columns["written"] = None if self.written is None else self.written.joined(other.written)
         return replace(self, **columns)
