@@ -63,7 +63,7 @@ class Dataset:
         rotation: Measured orientation of the tool, as rotation matrices.
         row: Number of each row for people, from before anything was left out; 0, 1, … if not given.
         counter: Heading of the file's own numbers, which `row` then holds; empty: counted from 0.
-        place: Data row of the file, counted from 0; as `row` if not given.
+        place: Data row of the file, counted from 0; as `row` without a counter.
         markers: Measured positions of the markers on the tool [m]; NaN where one was hidden.
         distance: Measured distance of the tool point from the row's anchor [m].
         anchor: Name of that anchor.
@@ -137,7 +137,7 @@ class Dataset:
         for name in self.more.keys() - known.keys():
             raise DataError(f"{self.source}: there is no column '{name}'; register it in COLUMNS")
         checked: dict[str, Any] = {"row": self.row if self.row.size else np.arange(len(self))}
-        checked["place"] = self.place if self.place.size else checked["row"]
+        checked["place"] = self.place if self.counter else checked["row"]
         for name, value in (vars(self) | checked).items():
             if isinstance(value, np.ndarray):
                 size = (self.joints,) if name in PER_JOINT else value.shape[1:]
@@ -301,7 +301,7 @@ class Dataset:
                 names = sorted({*first, *second})
                 columns[f.name] = {k: _stacked((first.get(k), second.get(k)), sizes) for k in names}
         columns["row"] = np.concatenate([self.place, other.place + 1 + self.place.max(initial=-1)])
-        columns |= {"counter": "", "place": columns["row"]}
+        columns["counter"] = ""
         columns["written"] = None if self.written is None else self.written.joined(other.written)
         return replace(self, **columns)
 

@@ -173,7 +173,7 @@ def _chosen(data: Dataset, mask: Bool[np.ndarray, " rows"]) -> tuple[Dataset, li
     parts = [part for part in (rows[stood], rows[~stood]) if len(part)]
     few = [part[:: -(-len(part) * len(parts) // MAX_READINGS)] for part in parts]
     chosen = np.sort(np.concatenate([rows[:0], *few]))
-    data = replace(data.take(chosen), row=chosen, place=chosen, counter="")
+    data = replace(data.take(chosen), row=chosen, counter="")
     return data, np.isin(chosen, rows[stood]).tolist()
 
 
