@@ -71,11 +71,10 @@ class ArmMatch:
         """What is wrong, what to do, and last the numbers that tell it."""
         rows, arm = self.joints
         has = f", which has {arm} joints, not {rows}" if rows != arm else ""
-        wrong = f"these rows don't fit {self.robot}{has}"
-        wrong = f"these rows fit {self.robot} only if read otherwise" if self.readings else wrong
+        fit = f"fit {self.robot} only if read otherwise" if self.readings else f"don't fit {self.robot}{has}"
         what = f"'{self.rival}'" if self.rival else "that was measured"
         do = self.meaning.remedy if self.meaning and rows == arm else f"choose the robot {what}"
-        return f"{wrong}: {do}{f' ({self.meaning.text()})' if self.meaning else ''}"
+        return f"these rows {fit}: {do}{f' ({self.meaning.text()})' if self.meaning else ''}"
 
 
 def arm_match(robot: Robot, data: Dataset) -> ArmMatch:

@@ -4,7 +4,7 @@ Only finite numbers are written; unknown ones (the orientation of point data, th
 unobservable parameter) are null.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -91,9 +91,10 @@ def evaluation_json(result: Evaluation) -> Json:
     )
 
 
-def excluded_json(excluded: Iterable[tuple[int, str]], data: Dataset) -> list[Json]:
+def excluded_json(excluded: Sequence[tuple[int, str]], data: Dataset) -> list[Json]:
     """Rows of data that were excluded, counted from 0, each with the reason."""
-    return [{"row": data.places([row])[0], "reason": reason} for row, reason in excluded]
+    rows = data.places(row for row, _ in excluded)
+    return [{"row": row, "reason": reason} for row, (_, reason) in zip(rows, excluded, strict=True)]
 
 
 def errors_json(errors: Errors | None) -> Json | None:
