@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from workbench import Dataset, load_robot
 from workbench.base.errors import DataError
-from workbench.data.plausibility import checked, refuse_joint_quantities, repeated_rows
+from workbench.data.plausibility import checked, refuse_joint_units, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
-ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=())
+ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=3 * (SimpleNamespace(kind=None),))
 
 
 def dataset(rows=20, *, angle=1.0, length=1.0, **more):
@@ -31,7 +31,11 @@ SLIDE = np.column_stack([dataset().q[:, :2], np.linspace(0, 800, 20)])
 
 @pytest.mark.parametrize(
     ("data", "word", "where"),
-    [(dataset(angle=57.3), "q1[deg]", {"joint": 1}), (dataset(q=SLIDE), "mm labelled m", {"joint": 2})],
+    [
+        (dataset(angle=57.3), "q1[deg]", {"joint": 1}),
+        (dataset(angle=57.3, joint_units=("deg", "rad", "rad")), "q2[deg], q3[deg] in", {"joint": 1}),
+        (dataset(q=SLIDE), "mm labelled m", {"joint": 2}),
+    ],
 )
 def test_what_no_arm_does_names_joint_or_row(data, word, where):
     limits = np.array([*LIMITS[:2], [0.0, 1.0]]) if where == {"joint": 2} else LIMITS
@@ -52,9 +56,9 @@ def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
     (tmp_path / "a.toml").write_text(f'name = "a"\nconvention = "dh"\n{joints}')
     robot = load_robot(tmp_path / "a.toml")
     if not joint:
-        return refuse_joint_quantities(units, robot, "a.csv")
+        return refuse_joint_units(robot, None, units, "a.csv")
     with refuses(DataError, f"joint {joint}", f"q{joint}[{units[joint - 1]}]"):
-        refuse_joint_quantities(units, robot, "a.csv")
+        refuse_joint_units(robot, None, units, "a.csv")
 
 
 @pytest.mark.parametrize(

@@ -227,14 +227,14 @@ class ForgetData(AbstractChange):
 
 
 def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: str = "") -> Loaded:
-    """Measurements of a file, read as they are this arm's, with all notes."""
+    """Measurements of a file, read as they are this arm's, with all notes; or as they are, if a choice is open."""
     assert loaded.read is not None
     rows = with_own_columns(robot, loaded.read)
     match = arm_match(robot, rows)
     if not match.is_foreign or accept in match.readings:
         _, rows = as_read(robot, rows, accept or "found", keeps_arm=True)
         match = replace(match, meaning=None)
-    dataset = checked(robot, rows)
+    dataset = rows if match.rival or match.readings else checked(robot, rows)
     return replace(loaded, dataset=dataset, notes=dataset.notes, match=match)
 
 
