@@ -49,8 +49,9 @@ def in_mm(length: float) -> str:
 
 
 def capital(sentence: str) -> str:
-    """A sentence that begins with a capital letter."""
-    return sentence[:1].upper() + sentence[1:]
+    """A sentence that begins with a capital letter, but for a name of a file, an arm or a joint."""
+    is_name = any(c.isdigit() or c in "./" for c in sentence.partition(" ")[0].rstrip(".:,;"))
+    return sentence if is_name else sentence[:1].upper() + sentence[1:]
 
 
 def readable(text: str) -> str:

@@ -48,6 +48,7 @@ from workbench.diagnosis.search.rounds import (
     under_gravity,
 )
 from workbench.diagnosis.search.stepwise_search import group_evidence
+from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -226,6 +227,10 @@ def _validated_search(
             geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
         fit = ready.scaled(fit)
         arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
+        if (
+            not (own := rows.problem.frames).levelled and not keep.all()
+        ):  # outliers place neither base nor tool
+            rows = replace(rows, aligned=align(rows.aligned, rows.problem.data.take(keep), own))
         errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
         judged = (Validation(e.train.take(keep), e.held_out) for e in errors)
         search = CauseSearch(robot, rows, first, found, drivers, fit, still, too_few, *judged)
