@@ -227,9 +227,7 @@ def _validated_search(
             geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
         fit = ready.scaled(fit)
         arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
-        if (
-            not (own := rows.problem.frames).levelled and not keep.all()
-        ):  # outliers place neither base nor tool
+        if not (own := rows.problem.frames).levelled and not keep.all():  # outliers place no base
             rows = replace(rows, aligned=align(rows.aligned, rows.problem.data.take(keep), own))
         errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
         judged = (Validation(e.train.take(keep), e.held_out) for e in errors)

@@ -227,7 +227,7 @@ class ForgetData(AbstractChange):
 
 
 def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: str = "") -> Loaded:
-    """Measurements of a file, read as they are this arm's, with all notes; or as they are, if a choice is open."""
+    """Measurements of a file, read as they are this arm's, with all notes; as given while it is asked."""
     assert loaded.read is not None
     rows = with_own_columns(robot, loaded.read)
     match = arm_match(robot, rows)

@@ -101,5 +101,6 @@ class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):
         if last is None or is_stale or not np.array_equal(last.held_out_data.row, found.held_out_data.row):
             geometry = None  # the diagnosis has one of its own
         else:  # and another base, which would change the nominal arm's errors, whose rows are the same
-            fits = fits[0], replace(fits[1], aligned=last.aligned, nominal=last.nominal)
+            known = replace(fits[1], aligned=last.aligned, nominal=last.nominal, ready=last.ready)
+            fits = fits[0], replace(known, outlying=np.intersect1d(last.outlying, found.outliers))
         return (before.asked or Identify()).finish(session, (*fits, geometry), **more)
