@@ -74,7 +74,7 @@ def budget_bars(found: Diagnosis) -> Bars:
     parts = sizes * np.sqrt(max(whole**2 - rest**2, 0.0) / max(sizes @ sizes, 1e-12))
     each = zip(found.causes, parts.tolist(), strict=True)
     rows = [Bar(capital(c.plain), v, CALIBRATED, SAID.get(c.confidence, c.confidence)) for c, v in each]
-    rows += [Bar("Predicted, unnamed", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
+    rows += [Bar("Learned correction", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
     title = f"Parts of the {compared(whole)} mm after geometry, adding in squares"
     rows.append(Bar("Remaining", left, NOMINAL))
     return Bars(rows, title, testid="budget") if np.isfinite(whole) else Bars((), testid="budget")
