@@ -12,7 +12,7 @@ from workbench.base.errors import DataError
 from workbench.data.plausibility import checked, refuse_joint_units, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
-ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=3 * (SimpleNamespace(kind=None),))
+ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=())
 
 
 def dataset(rows=20, *, angle=1.0, length=1.0, **more):
@@ -31,11 +31,7 @@ SLIDE = np.column_stack([dataset().q[:, :2], np.linspace(0, 800, 20)])
 
 @pytest.mark.parametrize(
     ("data", "word", "where"),
-    [
-        (dataset(angle=57.3), "q1[deg]", {"joint": 1}),
-        (dataset(angle=57.3, joint_units=("deg", "rad", "rad")), "q2[deg], q3[deg] in", {"joint": 1}),
-        (dataset(q=SLIDE), "mm labelled m", {"joint": 2}),
-    ],
+    [(dataset(angle=57.3), "q1[deg]", {"joint": 1}), (dataset(q=SLIDE), "mm labelled m", {"joint": 2})],
 )
 def test_what_no_arm_does_names_joint_or_row(data, word, where):
     limits = np.array([*LIMITS[:2], [0.0, 1.0]]) if where == {"joint": 2} else LIMITS

@@ -76,14 +76,13 @@ def refuse_joint_units(
     if q is None or (found := implausible_joint(q, robot.limits)) is None:
         return
     joint, unit, bound = found
-    remedies = {
-        "degrees": f"degrees labelled rad: write {', '.join(doubtful) or 'q1[deg] …'} in the header",
-        "mm": "mm labelled m: write the correct unit in the header",
-    }
-    do = f"these look like {remedies[unit]}" if unit else "check the units and the order of the joint columns"
-    limit = f"its limit is {bound:.4g} {'m' if unit == 'mm' else 'rad'}"
-    reached = np.nanmax(np.abs(q[:, joint]))
-    raise DataError(f"{source}: joint {joint + 1} reaches {reached:.4g} but {limit}: {do}", joint=joint)
+    looks = {"mm": "mm labelled m: write the correct unit"}
+    looks["degrees"] = f"degrees labelled rad: write {', '.join(doubtful) or 'q1[deg] …'}"
+    check = "check the units and the order of the joint columns"
+    guess = f"these look like {looks[unit]} in the header" if unit else check
+    largest, limit = np.nanmax(np.abs(q[:, joint])), f"{bound:.4g} {'m' if unit == 'mm' else 'rad'}"
+    far = f"joint {joint + 1} reaches {largest:.4g} but its limit is {limit}"
+    raise DataError(f"{source}: {far}: {guess}", joint=joint)
 
 
 def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str]:

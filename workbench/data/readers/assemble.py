@@ -263,9 +263,7 @@ def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
 def _plain(fields: Fields, joints: int) -> dict[str, Any]:
     """Labels and numbers, which are taken as they are; those of other packages together."""
     plain, more = dict[str, Any](), dict[str, Any]()
-    for column in known_columns().values():
-        if not column.kept or column.name in ("exclude", "reason"):
-            continue
+    for column in (c for c in known_columns().values() if c.kept and c.name not in ("exclude", "reason")):
         values = fields.values.get(column.name)
         if column.per is Per.JOINT:
             wrong = [i for i in fields.numbers(rf"{column.name}(\d+)") if not 1 <= i <= joints]

@@ -39,17 +39,14 @@ def diagnosis_blocks(result: Diagnosis) -> list[Block]:
 def heading(result: Diagnosis) -> Iterator[Block]:
     fitted = len(result.after_fit.problem.data)
     rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
-    if len(result.outliers):
-        rows += f", {plural(len(result.outliers), 'outlier')}"
-    if result.excluded:
-        rows += f", {len(result.excluded)} excluded"
+    rows += f", {plural(len(result.outliers), 'outlier')}" * bool(len(result.outliers))
+    rows += f", {len(result.excluded)} excluded" * bool(result.excluded)
     yield Sentence(f"{result.robot.name}: {rows}", tone=Tone.STRONG)
 
 
 def verdict(result: Diagnosis) -> Iterator[Block]:
-    tone = TONES.get(result.verdict, Tone.BAD)
-    if result.verdict in (Verdict.EXPLAINED, Verdict.NO_EFFECT) and not result.is_good:
-        tone = Tone.CAREFUL
+    is_doubted = result.verdict in (Verdict.EXPLAINED, Verdict.NO_EFFECT) and not result.is_good
+    tone = Tone.CAREFUL if is_doubted else TONES.get(result.verdict, Tone.BAD)
     yield Sentence(f"{result.verdict_text}: {result.message}", tone=tone)
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ from workbench.session.command import (
     kinds,
 )
 from workbench.session.commands.compare import with_comparison
-from workbench.session.loaded_measurements import Loaded, MeasurementFile, facts_of
+from workbench.session.loaded_measurements import BY_HAND, Loaded, MeasurementFile, facts_of
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
 from workbench.session.state import Focus, Measurements, Results, Session
@@ -243,6 +244,20 @@ def measurements(session: Session) -> Loaded:
     if session.measurements.loaded is None:
         raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
     return session.measurements.loaded
+
+
+def fitted_rows(session: Session, held_out: float, seed: int) -> dict[str, Any]:
+    """The rows, and what of them counts, as `identify` and `diagnose` take it."""
+    loaded = measurements(session)
+    return {
+        "data": loaded.dataset,
+        "held_out": held_out if loaded.checks is None else loaded.checks,
+        "free": session.robot.default_free,
+        "exclude": dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
+        "levelled": session.measurements.levelled,
+        "reading": "given",  # the rows were read when they were loaded
+        "seed": seed,
+    }
 
 
 def check_unchanged(session: Session, loaded: Loaded, what: str) -> None:
