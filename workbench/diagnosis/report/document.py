@@ -74,7 +74,8 @@ def budget_bars(found: Diagnosis) -> Bars:
     rows += [Bar("Learned correction", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
     title = f"Parts of the {compared(whole)} mm after geometry, adding in squares"
     rows.append(Bar("Remaining", left, NOMINAL))
-    return Bars(rows, title, testid="budget") if np.isfinite(whole) else Bars((), testid="budget")
+    has_parts = len(rows) > 1 and np.isfinite(whole)
+    return Bars(rows, title, testid="budget") if has_parts else Bars((), testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:
@@ -127,10 +128,8 @@ def next_poses(result: Diagnosis) -> Iterator[Block]:
         return
     q = shown_joints(result.calibrated, result.measure_next)
     reasons = [reason.sentence for reason in result.next_reasons] or [""] * len(q)
-    rows = [
-        (str(k), reason, *(signed(v, 1) for v in joints))
-        for k, (joints, reason) in enumerate(zip(q, reasons, strict=True), 1)
-    ]
+    each = enumerate(zip(q, reasons, strict=True), 1)
+    rows = [(str(k), reason, *(signed(v, 1) for v in joints)) for k, (joints, reason) in each]
     joints = (f"q{j}\n[{unit.strip()}]" for j, unit in enumerate(shown_units(result.calibrated), 1))
     yield ResultTable("Measure next", ("pose", "what it determines", *joints), rows, words=2)
 

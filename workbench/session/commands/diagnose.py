@@ -92,5 +92,5 @@ class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):
             geometry = None  # the diagnosis has one of its own
         else:  # and another base, which would change the nominal arm's errors, whose rows are the same
             known = replace(fits[1], aligned=last.aligned, nominal=last.nominal, ready=last.ready)
-            fits = fits[0], replace(known, outlying=np.intersect1d(last.outlying, found.outliers))
+            fits = fits[0], replace(known, outlying=found.outliers)
         return (before.asked or Identify()).finish(session, (*fits, geometry), **more)
