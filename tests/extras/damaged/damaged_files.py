@@ -30,7 +30,7 @@ OPTITRACK = (
     + "T,T,T,T,T,T,T\n,ID,1,1,1,1,1,1,1\n,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position\n"
     + "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z\n0,0,0,0,0,1,.1,.2,.3\n1,0.02,0,0,0,1,.1,.2,.3\n2,0.04,,,,,,,\n"
 )
-CAMERA = f'{board_on_tool.CAMERA}mounted = "world"\n'
+CAMERA = board_on_tool.CAMERA.replace("cell", "c") + 'mounted = "world"\n'
 TARGET = 'mounted = "tool"\n' + "".join(
     f"[[point]]\nid = {k}\ncorner = 0\nxyz = [{0.05 * (k % 2)}, {0.05 * (k // 2)}, 0.0]\n" for k in range(4)
 )
