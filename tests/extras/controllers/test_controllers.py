@@ -56,6 +56,9 @@ def test_kinematics_files_mean_the_arm_to_an_independent_reader(form, name, tmp_
     _, arm = calibrated(name)
     arm = arm.with_frames(tool=Frame())
     text = export_robot(FORMS[form], tmp_path / "k.yaml", Job(robot=arm), rows=5).path.read_text()
+    if form[0] == "f":  # link 7 is where its joint's axis meets that of joint 6, as in the maker's file
+        place = text.partition("joint7:")[2].split()[2:7:2]
+        np.testing.assert_allclose([float(v) for v in place], [0.088, 0.0, 0.0], atol=5e-3)
     head, inner = ("kinematics", "") if form[0] in "ux" else ("", "kinematic")
     pose = readers.kinematics_file(text, head, inner)
     q = any_joints(arm, 20, seed=1)
@@ -106,8 +109,9 @@ def test_frames_follow_those_of_a_file_that_is_brought_up_to_date(tmp_path):
         export_robot(form, tmp_path / "k.yaml", Job(robot=arm, source="kinematics:\n  joint1:\n    x: 0\n"))
 
 
-def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(tmp_path):
-    nominal, arm = calibrated("ur10")
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(seed, tmp_path):
+    nominal, arm = calibrated("ur10", seed)
     source = (
         "[mounting]\ndelta_theta = [ 0, 0, 0, 0, 0, 0]\ndelta_a = [ 0, 0, 0, 0, 0, 0]\n"
         "delta_d = [ 0, 0, 0, 0, 0, 0]\ndelta_alpha = [ 0, 0, 0, 0, 0, 0]\njoint_checksum = [ 0x6e0f7bf]\n"
@@ -118,6 +122,8 @@ def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(t
     text = export_robot(form, tmp_path / "calibration.conf", job, rows=20).path.read_text()
     assert "joint_checksum = [ 0x6e0f7bf]" in text
     assert len(text.splitlines()) == len(source.splitlines())
+    alpha = next(line for line in text.splitlines() if line.startswith("delta_alpha"))
+    assert max(abs(float(v)) for v in alpha.split("[")[1].strip(" ]").split(",")) < 0.05  # no axis reversed
     rows = np.array([[t[c] for c in ("theta", "d", "a", "alpha")] for t in _rows(nominal)])
     pose = readers.ur_controller(text, rows)
     q = any_joints(arm, 20, seed=1)
