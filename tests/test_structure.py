@@ -61,7 +61,7 @@ BUDGETS = {
     "extras/reproduce": 88,
     "extras/review": 266,
     "extras/service": 1_148,
-    "extras/trajectories": 904,
+    "extras/trajectories": 872,
     "extras/workshop": 846,
     "tests": 38_421,
 }
