@@ -3,6 +3,7 @@
 What the rows mean, in what units, is asked of `identification/meaning/`.
 """
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 
 import numpy as np
@@ -32,13 +33,12 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     if dataset.readings is not None and dataset.readings.has_tool_poses and robot is not posed_arm():
         why = f"the rows have tool poses instead of joints, so robot '{robot.name}' can't be checked"
         raise DataError(f"{dataset.source}: {why}; give the joints, or identify only camera and target")
-    refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
     if (own := len(robot.limits)) != dataset.joints:
         numbers = f"the data have {dataset.joints} joints, the robot {own}: choose the robot measured"
         raise ShapeError(f"{dataset.source}: {numbers}", expected=own, found=dataset.joints)
     if not dataset.included.any():
         return dataset
-    refuse_joint_units(dataset.q[dataset.included], robot.limits, dataset.source)
+    refuse_joints(dataset.q[dataset.included], dataset.joint_units, robot, dataset.source)
     dataset = _without_copies(dataset)
     notes = _joint_notes(dataset, robot.limits)
     return revised(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
@@ -61,26 +61,25 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
     return [(int(first[k]), row) for row, k in enumerate(number.tolist()) if first[k] != row]
 
 
-def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], source: str) -> None:
-    """Raise when joints go so far beyond their limits that the unit must be wrong."""
-    if (found := implausible_joint(q, limits)) is None:
-        return
-    joint, unit, bound = found
-    looks = {"degrees": "degrees labelled rad: write q1[deg]", "mm": "mm labelled m: write the correct unit"}
-    check = "check the units and the order of the joint columns"
-    guess = f"these look like {looks[unit]} in the header" if unit else check
-    far = f"joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} but its limit is {bound:.4g}"
-    raise DataError(f"{source}: {far}: {guess}", joint=joint)
-
-
-def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -> None:
-    """Raise where the column of a joint that turns is a length, or that of one that slides in degrees."""
+def refuse_joints(q: Float[np.ndarray, "rows n"], units: Sequence[str], robot: Robot, source: str) -> None:
+    """Raise where the column of a joint that turns is a length, or of one that slides in degrees, and when
+    joints go so far beyond their limits that the unit must be wrong."""
     for joint, (unit, slides) in enumerate(zip(units, sliding(robot), strict=False), start=1):
         is_length = unit and conversion(unit, Quantity.ANGLE, Quantity.LENGTH).quantity is Quantity.LENGTH
         if is_length != slides and unit not in ("", "rad"):
             kind, wanted = ("slides", "mm") if slides else ("turns", "deg")
             wrong = f"joint {joint} {kind}, but its column is q{joint}[{unit}]"
             raise DataError(f"{source}: {wrong}: write q{joint}[{wanted}]")
+    if (found := implausible_joint(q, robot.limits)) is not None:
+        joint, unit, bound = found
+        looks = {
+            "degrees": "degrees labelled rad: write q1[deg]",
+            "mm": "mm labelled m: write the correct unit",
+        }
+        check = "check the units and the order of the joint columns"
+        guess = f"these look like {looks[unit]} in the header" if unit else check
+        far = f"joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} but its limit is {bound:.4g}"
+        raise DataError(f"{source}: {far}: {guess}", joint=joint)
 
 
 def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str]:

@@ -19,7 +19,7 @@ from workbench.base.units import Quantity, conversion
 from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_directions
-from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
+from workbench.data.plausibility import refuse_joints
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import ENDINGS
 from workbench.extras.trajectories.correction import Compensation, correct
@@ -78,10 +78,9 @@ def _commanded(
     calibrated: Robot, trajectory: Trajectory, nominal: Robot | None, positions_only: bool | None
 ) -> Commanded:
     time = trajectory.time
-    units = tuple(trajectory.units.get(f"q{k + 1}", "") for k in range(calibrated.dof))
-    refuse_joint_quantities(units, calibrated, trajectory.source)
     if trajectory.q is not None:
-        refuse_joint_units(trajectory.q, calibrated.limits, trajectory.source)
+        units = [trajectory.units.get(f"q{k + 1}", "") for k in range(calibrated.dof)]
+        refuse_joints(trajectory.q, units, calibrated, trajectory.source)
         if nominal is None:
             how = "give the controller's model, which converts them to poses (--nominal ROBOT)"
             raise OptionError(f"{trajectory.source} contains joint positions; {how}")

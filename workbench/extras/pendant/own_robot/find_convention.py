@@ -17,7 +17,7 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.types import Freedom
-from workbench.base.wording import in_mm
+from workbench.base.wording import first_of, in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_measurements
 from workbench.extras.pendant.convention import SET
@@ -84,14 +84,19 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     found, held = _meaning([reading.robot for reading in readings], data, rows)
     best, table = found.best, _table_of(found.best, readings)
     where = "the typed poses" if held else f"{len(data)} rows of unknown base and tool"
+    seen = data if held or rows is None else rows
+    placed = (best.base @ best.flange(seen.q) @ best.tool)[:, :3, 3]
+    off = np.linalg.norm(placed - best.apply(seen, joints=False).position, axis=1)
+    if (far := off > MAX_ERROR[0] * best.robot.reach).any() and best.fits and not held:
+        strange = f"{first_of(seen.row[far], 10)} ({data.counted}) are off by up to {in_mm(off[far].max())}"
+        where = f"{(~far).sum()} of {where}, as rows {strange}: correct them"
     shows = shown.meaning(best).assumptions if isinstance(shown, Displayed) else ()
     assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
     said = ", ".join(assumed)
     if held and best.apart and _fits_typed(best):
-        row, position = best.apart[0], np.asarray(data.position)
-        off = float(np.linalg.norm(best.flange(data.q)[row, :3, 3] - position[row]))
         others = f"the others fit to {in_mm(best.position)} with {said}"
-        raise DataError(f"pose {row + 1} alone is {in_mm(off)} off, {others}: check its numbers")
+        alone = f"pose {best.apart[0] + 1} alone is {in_mm(off[best.apart[0]])} off"
+        raise DataError(f"{alone}, {others}: check its numbers")
     if not (_fits_typed(best) if held else best.fits):
         nearest = f"the nearest is {best.size} off ({said}); {CHECK if held else CHECK_ROWS}"
         raise DataError(f"none of {tried} readings of the table fits {where}; {nearest}")
@@ -175,7 +180,7 @@ def read_poses(
     try:
         return read_display(source, robot, columns=columns)
     except FileError:
-        rows = read_measurements(source, joints=robot.joint_names, columns=columns)
+        rows = read_measurements(source, joints=robot, columns=columns)
         if rows.rotation is not None or (rows.position is None and rows.markers is None):
             raise
         return rows
