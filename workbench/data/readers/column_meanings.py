@@ -282,8 +282,7 @@ def missing_units(columns: Sequence[TableColumn]) -> str:
 
 def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
-    joints = [c for c in columns if re.fullmatch(r"q\d+", c.key or "")]
-    plainly = [c for c in joints if c.remark == f"'{c.heading}' is read as {c.key}"]
+    plainly = [c for c in columns if re.fullmatch(r"'.*' is read as q\d+", c.remark)]
     renamed = {f"'{c.heading}'": str(c.key) for c in plainly}
     renamed = renamed if len(renamed) > 1 and [*renamed.values()] == sorted(renamed.values()) else {}
     notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if renamed else []
@@ -306,22 +305,24 @@ def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (),
     """
     numbers = (n for n, own in columns.items() if any(map(NUMBER.fullmatch, own)))
     unread = [name for name in numbers if headings.meaning_of(name) != "time"]
-    signs = {n: {*np.sign(np.diff(numbers_in(tuple(columns[n])))).tolist()} for n in unread}
-    may_be_times = key == "x" and max(map(len, columns.values()), default=0) > MIN_ROWS  # or states
-    varied = [n for n in unread if not (_RATE.search(normalised(n)) or (may_be_times and len(signs[n]) == 1))]
+    long = [n for n in unread if key == "x" and len(columns[n]) > MIN_ROWS]  # states, times step one way
+    signs = {n: {*np.sign(np.diff(numbers_in(tuple(columns[n])))).tolist()} for n in long}
+    varied = [n for n in unread if not (_RATE.search(normalised(n)) or len(signs.get(n, "")) == 1)]
     fitting = [n for n in varied if (unit := headings.unit_apart(n)[1]) is None or suits(unit, key)]
     own = [n for n in unread if key == "x" and headings.CONTROLLER.search(n)]
     computed = [n for n in own if not headings.is_of_measurement(n)]
     likely = sorted(fitting, key=lambda n: n in computed or is_commanded(n))
+    bare = {normalised(parse_heading(n).name): n for n in unread if key == "x" and not is_commanded(n)}
+    told = headings.known_together({n: columns[h] for n, h in bare.items()}).items()
+    places = {k: bare[n] for n, k in told}
+    likely = [places[axis] for axis in "xyz"] if {*"xyz"} <= places.keys() else likely
     left_out = listed(unread, longest=3)
     if len(likely) < (lacks or 1):
         return f"; the columns left out ({left_out}) have other units" if varied and not likely else ""
-    if key == "x" and (
-        off := [name for name in unread if _DEVIATION.fullmatch(normalised(parse_heading(name).name))]
-    ):
+    if off := [name for plain, name in bare.items() if _DEVIATION.fullmatch(plain)]:
         return f"; {span(off)} are deviations: write nominal + deviation in columns x[mm], y[mm], z[mm]"
     if key == "x":
-        sets = _triples(dict(enumerate(unread)), has_actual=False)  # a controller's, an instrument's
+        sets = _triples({} if places else dict(enumerate(unread)), has_actual=False)  # as of an instrument
         distance = f"distance{'[mm]' * (headings.unit_apart(likely[0])[1] is None)}"
         ways = [[*zip("xyz", (unread[k] for k in own), strict=True)] for own in sets]
         ways = ways or [[*zip("xyz" if len(likely) > 2 else [distance], likely, strict=False)]]

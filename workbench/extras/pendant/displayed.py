@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress, product, takewhile
+from itertools import product, takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -122,9 +122,6 @@ def read_display(
         if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
-    kept = [any(cells) for cells in zip(*table.columns, strict=True)]  # not poses that were not filled in
-    cells_of = tuple(tuple(compress(cells, kept)) for cells in table.columns)
-    table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
     table, is_named = _completed(table, robot.dof)
     data = assemble(replace(fields_of(table), told_twice=""), joints=robot)
     if data.rotation is None or data.written is None:

@@ -87,9 +87,10 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     seen = data if held or rows is None else rows
     placed = (best.base @ best.flange(seen.q) @ best.tool)[:, :3, 3]
     off = np.linalg.norm(placed - best.apply(seen, joints=False).position, axis=1)
-    if (far := off > MAX_ERROR[0] * best.robot.reach).any() and best.fits and not held:
-        strange = f"{first_of(seen.row[far], 10)} ({data.counted}) are off by up to {in_mm(off[far].max())}"
-        where = f"{(~far).sum()} of {where}, as rows {strange}: correct them"
+    far = (off > MAX_ERROR[0] * best.robot.reach) & best.fits & (not held)
+    strange = (
+        f"rows {first_of(seen.row[far], 10)} ({data.counted}) don't count, off by up to {in_mm(off.max())}"
+    )
     shows = shown.meaning(best).assumptions if isinstance(shown, Displayed) else ()
     assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
     said = ", ".join(assumed)
@@ -120,6 +121,7 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
             f"it fits: {said or 'as it was given'}",
             *(f"{'left open' if found.equal else 'change'}: {change}" for change in changes),
             f"errors at {where}: {best.size}{other}; {tried} readings tried",
+            *[f"{strange}: correct them"] * bool(far.any()),
         ),
     )
 
