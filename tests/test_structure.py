@@ -55,7 +55,7 @@ BUDGETS = {
     "extras/katana": 998,
     "extras/live": 1_024,
     "extras/logs": 900,
-    "extras/pendant": 1_901,
+    "extras/pendant": 1_900,
     "extras/poses": 874,
     "extras/production": 447,
     "extras/reproduce": 88,

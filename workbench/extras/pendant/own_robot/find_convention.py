@@ -84,13 +84,12 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     found, held = _meaning([reading.robot for reading in readings], data, rows)
     best, table = found.best, _table_of(found.best, readings)
     where = "the typed poses" if held else f"{len(data)} rows of unknown base and tool"
-    seen = data if held or rows is None else rows
+    seen = data if rows is None or data.position is not None else rows
     placed = (best.base @ best.flange(seen.q) @ best.tool)[:, :3, 3]
     off = np.linalg.norm(placed - best.apply(seen, joints=False).position, axis=1)
-    far = (off > MAX_ERROR[0] * best.robot.reach) & best.fits & (not held)
-    strange = (
-        f"rows {first_of(seen.row[far], 10)} ({data.counted}) don't count, off by up to {in_mm(off.max())}"
-    )
+    far = (off > MAX_ERROR[0] * best.robot.reach) & seen.included & (not held)
+    worst, which = in_mm(float(np.nanmax(off))), f"{first_of(seen.row[far], 10)} ({data.counted})"
+    strange = f"rows {which} don't count, off by up to {worst}"
     shows = shown.meaning(best).assumptions if isinstance(shown, Displayed) else ()
     assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
     said = ", ".join(assumed)
