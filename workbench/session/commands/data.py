@@ -4,7 +4,7 @@ import io
 import re
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
 from pathlib import Path
@@ -85,7 +85,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
     def compute(self, session: Session) -> Loaded | MeasurementFile:
         progress(0.0, "reading")
         with as_files({safe_name(self.name): self.content}) as (path,):
-            understood = self._understood(path, session.robot, session.robot.joint_names)
+            understood = self._understood(path, session.robot, session.robot)
             file = MeasurementFile(path.name, self.content, understood, self.columns)
             if understood.dataset is None and understood.columns and understood.layout == "plain":
                 # which built-in arm rows are of that can't be the session's, by their number of joints
@@ -114,7 +114,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             except UnitError as error:  # nor do the rows tell the units that it lacks
                 return replace(file, preview=replace(understood, dataset=None, problems=(str(error),)))
 
-    def _understood(self, path: Path, robot: Robot, joints: Sequence[str] | None) -> Preview:
+    def _understood(self, path: Path, robot: Robot, joints: Robot | None) -> Preview:
         from workbench.data.readers import preview
 
         found = preview(path, columns=self.columns or None, joints=joints)
