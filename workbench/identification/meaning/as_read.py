@@ -59,7 +59,7 @@ def as_read(
     """
     data = without(data, exclude or {})
     if how == "given" or data.readings is not None:
-        return robot, data.said
+        return robot, with_units(robot, data) if data.missing_units else data
     arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
     return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows)))
 
