@@ -133,9 +133,15 @@ def _followed(
         return found, ""
     if sure != search.last.model:
         found = ask("what the error follows", lambda: drivers.followed(sure), ())
-    named = [t.candidate.effect for r in search.rounds[-2:] for t in r.model if not is_nameless(t)]
-    kinds = [(driver_of(e), e.name) for e in named if e.names not in laws]
-    found = tuple(replace(f, laws=tuple(dict.fromkeys(k for d, k in kinds if d == f.driver))) for f in found)
+    named = [t.candidate.effect for r in search.passes for t in r.model if not is_nameless(t)]
+    others, chain = [e for e in named if e.names not in laws], search.last.stage.fit.arm.chain
+
+    def kinds(follows: FollowedDriver) -> tuple[str, ...]:
+        mine = (e for e in others if driver_of(e) == follows.driver)
+        held = (e for e in others if any(p.holds(e, chain) for p in (*follows.parts, *follows.either)))
+        return tuple(dict.fromkeys(e.name for e in (held if follows.either else mine)))
+
+    found = tuple(replace(f, laws=kinds(f)) for f in found)
     return found, ask(
         "a correction", lambda: drivers.correction(rest, search.after.judged) if rest else "", ""
     )
