@@ -110,8 +110,7 @@ class CauseSearch:
         if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
             return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
-        old, new = (self.errors(m, late) for m in (drop(model, [term]), model))
-        return self._is_worse(old, new, worse)
+        return self._is_worse(self.errors(drop(model, [term]), late), self.errors(model, late), worse)
 
     def _is_worse(self, old: Errors, new: Errors, worse: float) -> bool:
         """Whether some errors are larger than others on the same rows, beyond chance or by a factor."""
@@ -123,7 +122,7 @@ class CauseSearch:
 
         The arm after a warm-up that any smooth function of the time explains as well is that function beyond
         its rows, which nobody knows. What has no name, or no law that wins, must predict the rows that judge
-        it, and no model may make them worse than the geometry alone beyond chance, or by more than a law may.
+        it; no model may make these worse than geometry alone, beyond chance or by more than a law may.
         """
         model, drivers = self.last.model, self.drivers
         if not model or drivers is None:

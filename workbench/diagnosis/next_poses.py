@@ -171,19 +171,15 @@ def _pool(
     q = q[shape.own_distances(shape.placements(q), minimum=closest) >= closest][:size]
     maximum = max((rows for _, rows in observed_kinds(data)), key=len)
     like = data.take(np.resize(maximum, len(q)))
-    poses = tool_poses(arm, Motion(q))
+    poses, p, r = tool_poses(arm, Motion(q)), like.position, like.rotation
     return replace(
         like,
         q=q,
         row=np.arange(len(q)),
-        position=_where_measured(like.position, poses[:, :3, 3]),
-        rotation=_where_measured(like.rotation, poses[:, :3, :3]),
+        position=None if p is None else np.where(np.isfinite(p), poses[:, :3, 3], np.nan),
+        rotation=None if r is None else np.where(np.isfinite(r), poses[:, :3, :3], np.nan),
         session=None if like.session is None else np.full(len(q), session),
         group=None,
         torque=None,
         sigma=None,
     )
-
-
-def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarray | None:
-    return None if measured is None else np.where(np.isfinite(measured), values, np.nan)

@@ -100,9 +100,8 @@ def _claims_text(
 def _driver_text(followed: FollowedDriver) -> str:
     """A sentence on a driver without a law, and on laws of it that aren't all."""
     kinds = " or ".join(followed.laws)
-    law = f"it isn't simply {kinds}" if kinds else "no known law of it explains the error"
-    if kinds and followed.either:
-        law = f"it may be {kinds}: measure where the two differ"
+    law = f"it may be {kinds}: measure where both differ" if followed.either else f"it isn't simply {kinds}"
+    law = law if kinds else "no known law of it explains the error"
     if followed.shape is Shape.LAG:
         law = "give joints and places of the same times, or measure at rest"
     if followed.shape is Shape.CARRIED:

@@ -135,8 +135,7 @@ class _Judge:
         grams, weighing = self.searched.grams, self.searched.stage.geometric_problem.typical_noise
         left = float(np.sqrt(validated(grams, self.searched.model).sum() / grams.count))
         known = np.divide((self.known_noise or (np.inf, np.inf))[:2], weighing[:2])
-        noise = float(np.fmin.reduce([left, *known]))  # of a whitened component
-        return max(MIN_NOISE_SHARE * noise, MIN_RESIDUAL_SHARE * left)
+        return max(MIN_NOISE_SHARE * float(np.fmin.reduce([left, *known])), MIN_RESIDUAL_SHARE * left)
 
     def is_named(self, terms: _Terms) -> bool:
         """Whether terms are a cause; events always are, as they determine which arm is saved."""

@@ -107,10 +107,11 @@ def driver_of(effect: AbstractEffect) -> Driver:
 
 class Shape(StrEnum):
     """The simplest dependences: in proportion, also under other gravity, on a load's sign alone, on time's
-    logarithm from some time on, by one delay of all joints, or as another payload through laws of load."""
+    logarithm from some time on, once, by one delay of all joints, or as another payload by laws of load."""
 
     LINE = "line"
     CREEP = "creep"
+    STEP = "step"
     TURNED = "turned"
     JUMP = "jump"
     LAG = "lag"
@@ -175,7 +176,8 @@ class Follower:
         effect = replace(self.candidate.effect, coefficients=(), key=key, features=shape, row=row)
         last = before[np.argmax(clock[clock < moment])], after[np.argmin(clock[clock >= moment])]
         phrase = self.phrase.replace(TIME, "a step between rows {} and {}".format(*last))
-        return Follower(self.driver, phrase, self.joints, Candidate(effect, np.eye(len(effect.names))))
+        own = Candidate(effect, np.eye(len(effect.names)))
+        return replace(self, phrase=phrase, candidate=own, shape=Shape.STEP)
 
     def as_lag(self, seconds: float) -> "Follower":
         """The same with the time after the joints' readings at which the arm seems to have been measured."""
