@@ -61,9 +61,7 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
     return [(int(first[k]), row) for row, k in enumerate(number.tolist()) if first[k] != row]
 
 
-def refuse_joint_units(
-    robot: Robot, q: Float[np.ndarray, "rows n"] | None, units: tuple[str, ...], source: str
-) -> None:
+def refuse_joint_units(robot: Robot, q: np.ndarray | None, units: tuple[str, ...], source: str) -> None:
     """Raise where a joint's column is a wrong quantity by its unit, or far beyond limits by its numbers."""
     doubtful = []
     for joint, (unit, slides) in enumerate(zip(units, sliding(robot), strict=False), start=1):
@@ -76,8 +74,8 @@ def refuse_joint_units(
     if q is None or (found := implausible_joint(q, robot.limits)) is None:
         return
     joint, unit, bound = found
-    looks = {"mm": "mm labelled m: write the correct unit"}
-    looks["degrees"] = f"degrees labelled rad: write {', '.join(doubtful) or 'q1[deg] …'}"
+    as_degrees = f"degrees labelled rad: write {', '.join(doubtful) or 'q1[deg] …'}"
+    looks = {"mm": "mm labelled m: write the correct unit", "degrees": as_degrees}
     check = "check the units and the order of the joint columns"
     guess = f"these look like {looks[unit]} in the header" if unit else check
     largest, limit = np.nanmax(np.abs(q[:, joint])), f"{bound:.4g} {'m' if unit == 'mm' else 'rad'}"

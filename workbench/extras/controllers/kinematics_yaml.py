@@ -130,10 +130,9 @@ class KinematicsYaml(AbstractForm):
         the flange, to the foot of the joint before it, where the link's mesh is."""
         *origins, last = (j.origin for j in frames.joints)
         flange, axis = frames.flange, frames.joints[-1].axis
-        w, *v = se3.matrix_to_quaternion(flange[:3, :3])
-        angle, along = 2.0 * np.arctan2(axis @ np.array(v), w), axis @ flange[:3, 3]
-        if self.flange:
-            angle, along = 0.0, -axis @ last[:3, :3].T @ last[:3, 3]
+        w, *v = se3.matrix_to_quaternion(np.eye(3) if self.flange else flange[:3, :3])
+        angle = 2.0 * np.arctan2(axis @ np.array(v), w)
+        along = axis @ (-last[:3, :3].T @ last[:3, 3] if self.flange else flange[:3, 3])
         move = se3.pose(se3.rotvec_to_matrix(axis * angle), axis * along)
         return frames.with_origins([*origins, last @ move], se3.inverse(move) @ flange)
 
