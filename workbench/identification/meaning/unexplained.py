@@ -90,18 +90,19 @@ def _otherwise(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     factors = np.concatenate([factor**picked, factor**-picked])
     flange = flange_poses(robot.bare, factors[:, None] * few.q)
     wide = np.linalg.norm(flange[..., :3, 3].std(1), axis=1) + UNIT * robot.reach
-    left = point_bounds(flange, np.asarray(few.position)) / wide
-    shift, unit = "shift joints or places by one row, or add the row that is missing", "correct their unit"
-    ways = [(some + 1, rows.q[some], "the joints of the row before", shift)]
-    ways += [(some, rows.q[some + 1], "the joints of the row after", shift)]
-    for each in factors[(left < WITHIN) & (factors != 1.0).any(1)]:
-        which = joint_list(np.flatnonzero(each != 1.0).tolist())
-        size = "rad, not degrees" if each.max() > 1.0 else "degrees, not rad"
-        ways.append((some, each * rows.q[some], f"{which} in {size},", unit))
-    for mine, q, how, cure in ways:
-        moved = replace(rows.take(mine), q=q)
-        if len(some) >= MIN_PART and _fits(robot, moved):
-            return {"told": f"with {how} they fit to {in_mm(_misfit(robot, moved))}", "cure": cure}
+    is_near = point_bounds(flange, np.asarray(few.position)) < WITHIN * wide
+    shift = "shift joints or places by one row, or add the row that is missing"
+    before, after = (replace(rows.take(a), q=rows.q[b]) for a, b in ((some + 1, some), (some, some + 1)))
+    ways = [(before, "the joints of the row before", shift), (after, "the joints of the row after", shift)]
+    turned = [(each, replace(rows, q=each * rows.q)) for each in factors[is_near & (factors != 1.0).any(1)]]
+    errors = [_misfit(robot, own) for _, own in turned]
+    alike = (pair for pair, off in zip(turned, errors, strict=True) if off <= ALIKE * min(errors))
+    for each, own in sorted(alike, key=lambda pair: (pair[0] != 1.0).sum() % robot.dof)[:1]:  # or all joints
+        how = "in rad, not degrees," if each.max() > 1.0 else "in degrees, not rad,"
+        ways.append((own, f"{joint_list(np.flatnonzero(each != 1.0).tolist())} {how}", "correct their unit"))
+    for own, how, cure in ways if len(some) >= MIN_PART else ():
+        if _fits(robot, own):
+            return {"told": f"with {how} they fit to {in_mm(_misfit(robot, own))}", "cure": cure}
     return {}
 
 
