@@ -1,10 +1,10 @@
 """Where a calibrated arm was measured, and how well it is known elsewhere, by the covariance on record."""
 
 import numpy as np
-from jaxtyping import Float
 
+from workbench.arm.calibration_record import Calibration
 from workbench.arm.joint_units import sliding
-from workbench.arm.kinematics.forward import identification_jacobian
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.usable_arm import sampled
@@ -28,7 +28,7 @@ def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
         q: Joint positions of a path; anywhere within the limits if None.
     """
     found = robot.calibration
-    if found is None or (near := _uncertainty(robot, found.observed.q)) is None:
+    if found is None or (near := _uncertainty(robot, found, found.observed.q)) is None:
         return ()
     measured, known = found.observed.q, 0.0 if found.error is None else np.nan_to_num(found.error.position)
 
@@ -39,7 +39,9 @@ def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
     away = np.maximum(measured.min(0) - asked, asked - measured.max(0))
     told = max(min(size(near), known or np.inf), LEAST)  # contacts tell no scale
     outside = (away.max(1) > OUTSIDE) | (size(near) > WARNING_RATIO * told)
-    spread = _uncertainty(robot, asked[outside])
+    arm, learned = robot.in_first_session, [e for e in robot.effects if e.learned is not None]
+    own, bare = (tool_poses(arm.with_effects(*some), Motion(measured))[:, :3, 3] for some in (learned, ()))
+    spread = _uncertainty(robot, found, asked[outside], np.linalg.norm(own - bare, axis=1))
     if spread is None or not outside.any() or size(spread) < WARNING_RATIO * told:
         return ()
     here, there = (in_mm(float(np.hypot(known, size(each)))) for each in (near, spread))
@@ -54,14 +56,12 @@ def region_text(robot: Robot, q: JointRows | None = None) -> tuple[str, ...]:
     return (f"this path leaves the calibrated region by {by} (joint {joint + 1}); expect {there} there",)
 
 
-def _uncertainty(robot: Robot, q: JointRows) -> Float[np.ndarray, " rows"] | None:
-    """Standard deviation of the tool's position [m] by that of the arm's constants; None if not on record."""
-    found = robot.calibration
-    if found is None:
-        return None
+def _uncertainty(robot: Robot, found: Calibration, q: JointRows, faded=0.0) -> np.ndarray | None:
+    """Standard deviation of the tool's position [m], by that of the arm's constants, with what corrections
+    that hold near the measured poses alone move it there; None if not on record."""
     arm = {e.name for e in robot.elements}
     names = tuple(n for n in found.nominal if n in arm)
     if len(names) != len(found.covariance):
         return None
     twists = identification_jacobian(robot.in_first_session.with_effects(), Motion(q), names)[1][:, :3]
-    return np.sqrt(np.maximum(((twists @ found.covariance) * twists).sum((1, 2)), 0.0))
+    return np.sqrt(((twists @ found.covariance) * twists).sum((1, 2)).clip(0.0) + np.square(faded).mean())
