@@ -93,12 +93,12 @@ def test_signs_offsets_units_and_convention_are_found(name, seed):
 
 def test_a_wrong_table_is_refused_and_an_unmoved_joint_is_named():
     arm = plain("ur10")
-    q = np.random.default_rng(4).uniform(-2.0, 2.0, (3, 6))
     table = rows_of(arm)
     table[2]["a"] *= 1.1
-    typed = exactly(q, tool_poses(arm, Motion(q)))
-    with refuses(DataError, "11.9 mm", "standard DH"):
-        find_convention(table_readings(table), typed)
+    for many, facts in ((3, ("11.9 mm", "standard DH")), (8, ("joint3.a -572.3 instead of -629.5 mm",))):
+        q = np.random.default_rng(4).uniform(-2.0, 2.0, (many, 6))
+        with refuses(DataError, *facts):
+            find_convention(table_readings(table), exactly(q, tool_poses(arm, Motion(q))))
     q[:, 4] = 0.7
     poses = tool_poses(arm, Motion(q))
     still = exactly(q, poses)
