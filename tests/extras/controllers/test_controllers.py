@@ -130,8 +130,7 @@ def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(s
     left = se3.inverse(pose(np.zeros(6))) @ flanges(arm, np.zeros((1, 6)))[0]
     for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row) @ left, wanted, atol=EXACT)
-    again = form.read(text, job)
-    assert again.convention == "dh"
+    assert form.read(text, job).convention == "dh"
     for wrong in ("panda", "ur5"):
         with pytest.raises((OptionError, FileError)):
             form.write(

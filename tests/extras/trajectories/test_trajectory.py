@@ -90,8 +90,8 @@ def test_five_joints_meet_position_and_axis(arms):
 
 def test_four_joints_meet_the_position_and_the_turn_they_have():
     rows = np.array([[0, 0.3, 0, np.pi / 2], [0, 0, 0.3, 0], [0, 0, 0.25, 0], [0, 0, 0.1, 0]])
-    other = rows + np.random.default_rng(1).uniform(-2e-3, 2e-3, rows.shape)
-    nominal, model = (Robot.from_dh(each, name="four") for each in (rows, other))
+    off = np.random.default_rng(1).uniform(-2e-3, 2e-3, rows.shape)
+    nominal, model = (Robot.from_dh(rows + e, name="four") for e in (0.0, off))
     q = np.random.default_rng(2).uniform(0.3, 1.0, (20, 4))
     found = correct(command_joints(model.with_frames(tool=Frame(xyz=[0.05, 0.02, 0.03])), nominal, q))
     assert found.after.position.max() < 1e-9
