@@ -62,8 +62,7 @@ def test_five_joints_meet_position_and_axis(arms):
     assert found.task is Task.POSITION_AXIS
     assert found.branches
     for branch in found.branches:
-        pose = reached(robot, branch.q, motion)
-        np.testing.assert_allclose(pose[:3, 2:], target[:3, 2:], atol=1e-9)
+        np.testing.assert_allclose(reached(robot, branch.q, motion)[:3, 2:], target[:3, 2:], atol=1e-9)
 
 
 def test_a_load_that_turns_within_the_play(arms):

@@ -98,8 +98,8 @@ def test_a_xacro_is_never_run(tmp_path):
     with refuses(FileError, "xacro arm.urdf.xacro > arm.urdf"):
         load_robot(path)
     half = tmp_path / "half.urdf"
-    half.write_text(
-        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="b"/></robot>'
-    )
-    with refuses(FileError, "expand it first"):
-        load_robot(half)
+    text = '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:{} name="b"/></robot>'
+    for kind, fact in (("macro", "expand it first"), ("property", "has no joints")):
+        half.write_text(text.format(kind))
+        with refuses(FileError, fact):
+            load_robot(half)

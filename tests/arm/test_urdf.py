@@ -277,7 +277,7 @@ def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
     fork = '<link name="x"/><joint name="k" type="prismatic">' + ends + "{}{}</joint></robot>"
     mimic = '<mimic joint="j1"/>'
     text = urdf(joint(0), joint(1), joint(2)).replace("</robot>", fork.format(LIMIT, mimic))
-    assert read(tmp_path, text).dof == 3
+    assert [read(tmp_path, text.replace(mimic, f'<mimic joint="j{k}"/>')).dof for k in (1, 2)] == [3, 2]
     assert read(tmp_path, text, tip="x").dof == 2
     with refuses(FileError, "c, d, x"):  # the flange before its fingers
         read(tmp_path, text.replace(mimic, ""))
@@ -345,9 +345,8 @@ def test_links_keep_their_frames_through_a_table(tmp_path):
     ],
 )
 def test_each_mistake_is_one_file_error(text, tmp_path):
-    with pytest.raises(FileError) as caught:
+    with refuses(FileError, path=str(tmp_path / "robot.urdf")):
         read(tmp_path, text)
-    assert caught.value.path == str(tmp_path / "robot.urdf")
 
 
 def with_jaw(tmp_path):

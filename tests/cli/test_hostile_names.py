@@ -84,8 +84,7 @@ def test_a_spreadsheet_computes_nothing_of_ours(tmp_path):
             float(cell)
         except ValueError:
             assert not cell.startswith(("=", "+", "-", "@", "\t", "\r")), cell
-    numbers = [float(row[0]) for row in list(csv.reader(io.StringIO(text)))[1:]]
-    assert numbers == rows.q[:, 0].tolist()
+    assert [float(row[0]) for row in list(csv.reader(io.StringIO(text)))[1:]] == rows.q[:, 0].tolist()
     (tmp_path / "rows.csv").write_text(text)
     again = read_measurements(tmp_path / "rows.csv", joints=6)
     assert again.q.tolist() == rows.q.tolist()

@@ -52,8 +52,7 @@ def test_rotation_vectors_with_a_gap_and_a_repeat(shared_data, ur10):
     data = read_measurements(file, joints=6)
     assert np.flatnonzero(data.exclude).tolist() == [12]
     assert data.reason[12] == "lacks z"
-    message = " | ".join(data.notes)
-    assert mentions(message, "row 12 (line 14)", "z")
+    assert mentions(" | ".join(data.notes), "row 12 (line 14)", "z")
     first = ur10.take(np.arange(12))
     np.testing.assert_allclose(data.position[:12], first.position, atol=1e-9)
     assert angles_between(data.rotation[:12], first.rotation).max() < 2e-8

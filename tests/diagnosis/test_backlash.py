@@ -46,8 +46,7 @@ def test_a_fit_of_play_converges_where_the_sign_of_the_load_stalled_it(aria, loo
         if c.effect.name == "backlash" and c.effect.by == "moment" and c.effect.joints == (2,)
     )
     assert offered.width > 0.0
-    hard = fitted(aria, replace(offered, width=0.0), loose, deviation=np.inf)
-    assert hard.outcome is Outcome.STALLED
+    assert fitted(aria, replace(offered, width=0.0), loose, deviation=np.inf).outcome is Outcome.STALLED
     fit = fitted(aria, offered, loose)
     assert fit.outcome is Outcome.CONVERGED
     assert fit.x[fit.problem.names.index("joint3.backlash")] == pytest.approx(PLAY, rel=0.05)

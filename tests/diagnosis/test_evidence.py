@@ -121,8 +121,7 @@ def test_coefficients_are_those_of_least_squares_in_their_own_units(name, loose)
 def test_what_no_row_shows_is_not_offered():
     table = Table(7)
     table.columns[:, :2] = table.geometry[:, :2]
-    found = [o.term.candidate for o in offers(left_by(table.grams, ()), FREE)]
-    assert found == list(FREE[1:])
+    assert [o.term.candidate for o in offers(left_by(table.grams, ()), FREE)] == list(FREE[1:])
 
 
 def test_what_is_larger_than_credible_is_not_offered():

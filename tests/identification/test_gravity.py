@@ -102,8 +102,7 @@ def test_how_the_arm_stands_is_read_from_its_base(tmp_path):
     data = replace(data, tilt=tilt, position=data.position + rng.normal(0.0, 2e-5, data.position.shape))
     problem = Problem.build(arm(), data, free=(), noise=Noise(2e-5, 1e-4, tilt=2e-5))
     found = problem.robot_at(Opt2(limit=60).search(problem).x)
-    turned = np.degrees(np.arccos(found.gravity @ standing / (ODD @ ODD)))
-    assert turned < 0.01
+    assert np.degrees(np.arccos(found.gravity @ standing / (ODD @ ODD))) < 0.01
     write_toml(found, tmp_path / "arm.toml")
     np.testing.assert_allclose(read_toml(tmp_path / "arm.toml").gravity, found.gravity)
     np.testing.assert_allclose(

@@ -212,17 +212,15 @@ def test_a_column_that_was_left_out_tells_which_rows_belong_together():
 def test_points_of_no_arm_end_with_all_that_was_tried():
     robot, data = measured("puma", with_rotation=False)
     noise = replace(data, position=np.random.default_rng(0).normal(0.0, 0.4, (50, 3)))
-    with pytest.raises(DataError) as caught:
+    with refuses(DataError, "tried in full", "signs and couplings", "orders"):
         identify(robot, noise)
-    assert mentions(str(caught.value), "tried in full", "signs and couplings", "orders")
 
 
 def test_a_person_decides_once():
     robot, data = measured("puma", with_rotation=True)
     inverted = replace(data, q=data.q * [1, -1, 1, -1, -1, 1])
-    with pytest.raises(DataError) as caught:
+    with refuses(DataError, "joint 2 = -q2; joint 4 = -q4; joint 5", "reading='found' (--reading)"):
         identify(robot, inverted)
-    assert mentions(str(caught.value), "joint 2 = -q2; joint 4 = -q4; joint 5", "reading='found' (--reading)")
     with pytest.raises(DataError):
         evaluate(robot, inverted)
     names = "found", "joint 2 = -q2; joint 4 = -q4; joint 5 = -q5"

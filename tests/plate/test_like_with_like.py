@@ -64,8 +64,7 @@ def test_a_plate_is_moved_to_the_best_place_that_is_tried(searched, monkeypatch,
 
     monkeypatch.setattr(optimise, "optimise", search)
     found = optimise_plate(aria, plate, moves=True).plate
-    nearer = np.hypot(*plate.xyz[:2]) - np.hypot(*found.xyz[:2])
-    assert nearer == pytest.approx(0.1 * aria.reach)
+    assert np.hypot(*plate.xyz[:2]) - np.hypot(*found.xyz[:2]) == pytest.approx(0.1 * aria.reach)
     assert np.allclose(found.heights, plate.heights)
     assert max(sizes[:-1]) < sizes[-1] == optimise.POOL_BLOCKS
     locked = (replace(plate.targets[0], locked=True), *plate.targets[1:])

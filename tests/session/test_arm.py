@@ -70,8 +70,7 @@ def test_jogging_by_joints_and_by_pose(do, first):
     session = do(JogTo(tuple(place.tolist()), tuple(se3.matrix_to_rpy(wanted[:3, :3]).tolist())))
     there = tool_poses(first.robot, Motion(session.playback.jogged[None]))[0][:3, 3]
     assert there == pytest.approx(place, abs=1e-7)
-    far = do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    assert far.page.messages[-1].severity is Severity.WARNING
+    assert do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0))).page.messages[-1].severity is Severity.WARNING
 
 
 def test_a_urdf_from_the_page_is_corrected_in_a_copy(do, tmp_path):

@@ -64,8 +64,7 @@ def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]
     assert np.abs(se3.pose_error(session.plate.targets[4].pose, tool)).max() < 1e-8
     assert do(ChooseBranch(4, "auto")).plate.targets[4].branch == "auto"
-    refused = do(ChooseBranch(4, "nonsense"))
-    assert refused.page.messages[-1].severity is Severity.ERROR
+    assert do(ChooseBranch(4, "nonsense")).page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_contribution_of_a_target_is_what_is_lost_without_it(do, first):

@@ -63,8 +63,7 @@ def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_f
 
 def test_what_was_fitted_all_the_same_is_called_implausible(do, ur5_file):
     session = do(LoadData("ur5.csv", ur5_file), Identify(("opt2",), anyway=True))
-    found = session.results.identification
-    assert mentions(found.warnings[0], "UR5 (CB3)")
+    assert mentions(session.results.identification.warnings[0], "UR5 (CB3)")
     with pytest.raises(WorkbenchError, match="implausible"):
         calibrated_toml(session)
     assert calibrated_toml(session, force=True)[1]  # as 'Save anyway' does

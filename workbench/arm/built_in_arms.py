@@ -20,13 +20,12 @@ ORDER = (Axis.TX, Axis.TY, Axis.TZ, Axis.RZ, Axis.RY, Axis.RX)
 def posed_arm() -> Robot:
     """A substitute arm whose joints are x y z yaw pitch roll of the tool in the robot's base, none of it
     free."""
+    elements = [Element(axis, f"pose.{axis.name.lower()}", joint=k, link=k) for k, axis in enumerate(ORDER)]
     kinds = [JointKind.REVOLUTE if axis.turns else JointKind.PRISMATIC for axis in ORDER]
     return Robot(
         name="tool poses",
         convention="elementary",
-        elements=tuple(
-            Element(axis, f"pose.{axis.name.lower()}", joint=k, link=k) for k, axis in enumerate(ORDER)
-        ),
+        elements=tuple(elements),
         joints=tuple(Joint(name=f"joint{k + 1}", kind=kind) for k, kind in enumerate(kinds)),
         link_ends=tuple(range(len(ORDER))),
     )
@@ -38,22 +37,21 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
     Raises:
         FileError: neither a file nor a built-in name, or a file that is no robot.
     """
-    built_in = built_in_robots()
-    if str(source).lower() in built_in:
-        _refuse_tip(tip, source)
-        return _built_in(built_in[str(source).lower()])
-    path = Path(source)
+    path, name, built_in = Path(source), str(source).lower(), built_in_robots()
     refuse_xacro(path)
     if path.suffix.lower() in (".urdf", ".xml"):
         from workbench.arm.urdf import read_urdf
 
         return read_urdf(path, tip=tip)
+    if tip is not None:
+        raise OptionError(f"tip names a link of a URDF; {source} is none", option="tip", found=tip)
+    if name in built_in:
+        return _built_in(built_in[name])
     if path.suffix.lower() != ".toml":
         raise FileError(
             f"is no .toml, .urdf or built-in arm ('workbench new': tables); built-in: {', '.join(built_in)}",
             path=str(source),
         )
-    _refuse_tip(tip, source)
     return read_toml(path)
 
 
@@ -62,12 +60,6 @@ def refuse_xacro(path: Path) -> None:
     if path.suffix.lower() == ".xacro":
         urdf = path.with_suffix("").name
         raise FileError(f"is a xacro; expand it first: 'xacro {path.name} > {urdf}' (ROS)", path=str(path))
-
-
-def _refuse_tip(tip: str | None, source: Path | str) -> None:
-    """Raise if the last link was named for a robot whose file has no links by name."""
-    if tip is not None:
-        raise OptionError(f"tip names a link of a URDF; {source} is none", option="tip", found=tip)
 
 
 @cache

@@ -77,8 +77,7 @@ def with_assumed_masses(robot: Robot, *, otherwise: float | None = None) -> Robo
     joints = list(robot.joints)
     for k, entry in enumerate(entries):
         if joints[entry].mass is None:
-            mass = float(np.exp(np.interp(k, known, logs)))
-            joints[entry] = _assumed(robot, k, entry, mass)
+            joints[entry] = _assumed(robot, k, entry, float(np.exp(np.interp(k, known, logs))))
     return replace(robot, joints=tuple(joints))
 
 
@@ -139,9 +138,7 @@ def side_branches(model, chain: list, notes: list[str]) -> dict[str, list[Body]]
     found = {j.child: bodies for j in chain if (bodies := behind(j.child, np.eye(4)))}
     for link, bodies in found.items():
         weight = sum(mass for mass, _ in bodies)
-        notes.append(
-            f"link '{link}' carries {weight:.3g} kg in side branches, assumed with all their joints at 0"
-        )
+        notes.append(f"link '{link}' carries {weight:.3g} kg in side branches, assumed with joints at 0")
     return found
 
 

@@ -67,11 +67,8 @@ def _read(path: Path, tip: str | None) -> Robot:
     model = _parse(path)
     whole = _chain_to(model, tip)
     joints, mounting = _mounted(whole)
-    elements: list[Element] = []
-    infos: list[Joint] = []
-    ends: list[int] = []
-    notes: list[str] = []
-    names: list[str] = []
+    elements, infos, ends = list[Element](), list[Joint](), list[int]()
+    notes, names = list[str](), list[str]()
     beside = side_branches(model, whole, notes)
     for link, joint in enumerate(joints):
         if joint.type not in KINDS:
@@ -95,6 +92,8 @@ def _read(path: Path, tip: str | None) -> Robot:
         info = _joint_info(joint, name, kind, model, notes)
         infos.append(with_bodies(info, beside.get(joint.child, [])))
     moving = ", ".join(j.name for j in joints if j.type != "fixed")
+    tips = sorted({j.child for j in model.robot.joints} - {j.parent for j in model.robot.joints})
+    moving += f"; the file's chains end at {first_of(tips, 5)} (--tip)" * bool(tips[1:] and tip is None)
     robot = Robot(
         name=model.robot.name or path.stem,
         convention="urdf",
@@ -132,7 +131,7 @@ def _parse(path: Path) -> "yourdfpy.URDF":
     root = xml_root(path)
     if root.tag != "robot":
         raise RobotError(f"is not a URDF: its root is <{root.tag}>, not <robot>")
-    if any("/xacro}" in str(node.tag) for node in root.iter()):
+    if any(map(_is_unexpanded, root.iter())):
         expand = f"'xacro {path.name} > {path.stem}_expanded.urdf' (ROS)"
         raise RobotError(f"is a xacro; expand it first: {expand}")
     if not root.findall("joint"):
@@ -152,6 +151,13 @@ def _parse(path: Path) -> "yourdfpy.URDF":
     except Exception as error:  # yourdfpy raises many types for a malformed file
         why = f"{type(error).__name__}: {error}"
         raise RobotError(f"can't be read as a URDF ({why}); correct the file") from None
+
+
+def _is_unexpanded(node: ET.Element) -> bool:
+    """Whether a node is xacro's, but for a definition of numbers, or uses what one defines."""
+    if "/xacro}" in str(node.tag):
+        return not str(node.tag).endswith("}property")
+    return any("${" in value for value in node.attrib.values())
 
 
 def _check_angles(joint: ET.Element) -> None:
@@ -239,13 +245,12 @@ def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
     ends = [link for link in chains if link not in children]
     if ours := [link for link in ends if link.startswith(TOOL_LINK)]:
         return chains[ours[-1]]
-    leaves = [chains[link] for link in ends]
-    if not leaves:
-        raise RobotError("has no link at which a chain ends; a serial chain is needed")
-    maximum = max(map(_moving, leaves))
+    arms = (_without_gripper(chains[link], model.robot.joints) for link in ends)
+    leaves = {arm[-1].child: arm for arm in arms if arm}
+    maximum = max(map(_moving, leaves.values()), default=0)
     if maximum == 0:
-        raise RobotError("has no joint that moves")
-    best = [joints for joints in leaves if _moving(joints) == maximum]
+        raise RobotError("has no joint that moves a link")
+    best = [joints for joints in leaves.values() if _moving(joints) == maximum]
     last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
         forks = [link for link, count in children.items() if count > 1 and _moving(chains[link])]
@@ -254,6 +259,16 @@ def _chain_to(model: "yourdfpy.URDF", tip: str | None) -> list:
         text = f"has several chains of {maximum} moving joints; choose the arm's last link"
         raise RobotError(f"{text} (--tip LINK): {tips}")
     return best[0] if len(best) == 1 else best[0][: last_moving[0] + 1]  # several tools: up to the flange
+
+
+def _without_gripper(chain: list, joints: list) -> list:
+    """A chain up to the first joint that follows one beside it, or a last one that some beside it follow."""
+    own = {j.name for j in chain}
+    led = {j.mimic.joint for j in joints if j.mimic and j.name not in own}
+    end = next((k for k, j in enumerate(chain) if j.mimic and j.mimic.joint not in own), len(chain))
+    last = max((k for k, j in enumerate(chain[:end]) if _moves(j)), default=0)
+    arm = chain[: last if chain and chain[last].name in led else end]
+    return arm if _moving(arm) else chain
 
 
 def _unit_axis(joint) -> Vector3:
@@ -278,9 +293,8 @@ def driven_elements(name: str, kind: JointKind, axis: Vector3, joint: int, link:
         return [Element(Axis(first + main), f"{name}.q", joint=joint, link=link)]
     cross = np.cross([0.0, 0.0, 1.0], axis)
     sine, cosine = np.linalg.norm(cross), axis[2]
-    turn = np.eye(3) if sine < 1e-12 else se3.rotvec_to_matrix(cross / sine * np.arctan2(sine, cosine))
-    if sine < 1e-12 and cosine < 0:
-        turn = np.diag([1.0, -1.0, -1.0])
+    flat = np.diag([1.0, np.sign(cosine), np.sign(cosine)])
+    turn = flat if sine < 1e-12 else se3.rotvec_to_matrix(cross / sine * np.arctan2(sine, cosine))
     there = se3.pose(turn, np.zeros(3))
     return [
         Element(Axis.CONSTANT, f"{name}.align", link=link, matrix=frozen(there)),

@@ -68,9 +68,8 @@ def _skeleton(robot: Robot) -> ET.Element:
     bounds = pairwise([0, *behind, len(robot.elements)])
     segments = [still(*robot.elements[a:b]) for a, b in bounds]
     names = _names([robot.joints[e.link] for e in driven], parent)
-    tip = (
-        "flange" if tip in (parent, *(link for _, link in names)) else tip
-    )  # a moving link, which was the last
+    if tip in (parent, *(link for _, link in names)):  # a moving link, which was the last
+        tip = "flange"
     ET.SubElement(root, "link", name=parent)
     leaders = {e.joint: name for e, (name, _) in zip(driven, names, strict=True) if e.joint is not None}
     every = zip(driven, segments[:-1], turns, bodies, names, strict=True)
@@ -132,9 +131,8 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
     for link, original in enumerate(names):
         own = (e for e in robot.elements if e.link == link and e.joint is e.follows is None)
         mine = [e for e in own if not e.name.endswith("align")]
-        if not any(e.value for e in mine):
-            continue
-        _place(by_name[original], still(*mine))
+        if any(e.value for e in mine):
+            _place(by_name[original], still(*mine))
 
 
 def _add_frames(root: ET.Element, robot: Robot) -> None:
@@ -144,8 +142,7 @@ def _add_frames(root: ET.Element, robot: Robot) -> None:
         if (there := _own_joint(root, is_base, first, last)) is not None:
             _place(there, frame.pose)
             continue
-        chosen = not is_base and not _is_usual(robot)
-        if np.array_equal(frame.pose, np.eye(4)) and not chosen:
+        if np.array_equal(frame.pose, np.eye(4)) and (is_base or _is_usual(robot)):
             continue
         while name in links:
             name += "_"

@@ -182,7 +182,7 @@ def export(
     if urdf is not None:
         branches = f"{urdf} keeps all its branches; the chain ends at '{tip}', by its link calibrated_tool"
         opt.say_notes([*([] if tip is None else [branches]), *carried_text(arm)])
-    opt.say_notes(() if urdf is None and toml is None else region_text(arm))
+    opt.say_notes(() if urdf is None and toml is None else [*arm.notes, *region_text(arm)])
     if controller is not None and own is not None:
         from workbench.exports.controller_parameters import use_of
         from workbench.identification.checks.arm_match import require_same_arm

@@ -70,6 +70,7 @@ class ControllerNumbers:
         robot: The nominal arm with them, and with tool and base to enter.
         held: Redundant numbers that kept their values, such as `base.yaw`.
         before: Errors of the nominal arm with its best base and tool, where those were identified.
+        is_placed: Whether they were, so that `before` is with the best ones.
         after: Errors that remain.
         rows: Number of joint positions compared.
         losses: Where these numbers increase the error: at the tool or the flange, at the measured poses or
@@ -82,6 +83,7 @@ class ControllerNumbers:
     robot: Robot
     held: tuple[str, ...]
     before: PoseErrors
+    is_placed: bool
     after: PoseErrors
     rows: int
     losses: tuple[str, ...] = ()
@@ -106,8 +108,7 @@ def controller_numbers(calibrated: Robot, nominal: Robot, parts: Sequence[str] =
         parts: What the controller accepts, of `PARTS`.
     """
     usable = usable_arm(calibrated.in_first_session)
-    actual = usable.robot
-    here = Motion(usable.q)
+    actual, here = usable.robot, Motion(usable.q)
     wanted = usable.wanted(here.q)
     start = nominal.with_frames(base=actual.base, tool=actual.tool)
     weight = np.array([1.0] * 3 + [LEVER if usable.sees_rotation else UNSEEN_LEVER] * 3)
@@ -128,14 +129,14 @@ def controller_numbers(calibrated: Robot, nominal: Robot, parts: Sequence[str] =
     rest = np.abs(np.diagonal(np.linalg.qr(jacobian, mode="r")))  # orthogonal to the columns before
     own = np.flatnonzero(rest > MIN_OWN_SHARE * np.linalg.norm(jacobian, axis=0)[: len(rest)]).tolist()
     arm = nearest(start, tuple(names[i] for i in own))
-    drives = arm.chain.driven
     before, after = (PoseErrors.of(se3.pose_error(wanted, tool_poses(a, here))) for a in (start, arm))
     return ControllerNumbers(
         parts=tuple(parts),
-        offsets=frozen(arm.chain.values[drives] - start.chain.values[drives]),
+        offsets=frozen((arm.chain.values - start.chain.values)[arm.chain.driven]),
         robot=arm,
         held=tuple(n for i, n in enumerate(names) if i not in own),
         before=before,
+        is_placed=bool(usable.free_frames),
         after=after,
         rows=len(here.q),
         losses=tuple(_losses(usable, start, arm, here.q)),
@@ -188,7 +189,7 @@ class Use:
         """What to enter into a controller, and what that leaves."""
         few, *_, full = self.variants
         chosen = self.advised or full
-        numbers = [("nothing (best base and tool)", *_errors(full.before))]
+        numbers = [(f"nothing{' (best base and tool)' * full.is_placed}", *_errors(full.before))]
         for text, variant in zip(TEXT, self.variants, strict=True):
             numbers.append((text if variant.is_better else f"{text}: not advised", *_errors(variant.after)))
         reference = f"the calibrated model{', as far as it was measured' if full.notes else ''}"
@@ -207,8 +208,7 @@ class Use:
         yield Sentence(capital(self.advice))
         yield Sentence(f"compared at {full.rows} joint positions", tone=Tone.QUIET)
         yield from lines("note", chosen.notes)
-        if full.held:
-            yield Sentence(", ".join(full.held), "redundant, left unchanged")
+        yield from [Sentence(", ".join(full.held), "redundant, left unchanged")] * bool(full.held)
 
     def json(self) -> list[Json]:
         """The numbers in SI, as plain data."""

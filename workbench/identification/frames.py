@@ -297,8 +297,8 @@ def check_known_base(
             continue
         if measured <= unknown:
             few = f"{plural(len(data), 'row')} can't tell the {unknown} unknowns of base and tool"
-            need = unknown * len(data) // measured + 1
-            raise DataError(f"{data.source}: {few}; measure at least {need} poses", column="base")
+            few += f"; measure at least {unknown * len(data) // measured + 1} poses"
+            raise DataError(f"{data.source}: {few}", column="base")
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
             f"{data.source}: the nominal arm is off by {1e3 * off:.0f} mm with {moved} as given, by "
@@ -313,30 +313,30 @@ def doubt_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tuple[
     whether the rows are hardly its own; empty if nothing does."""
     if fitted and count_measured(data) <= fitted:
         return f"{plural(len(data), 'row')} can't tell the {fitted} unknowns of base and tool", False
-    off, far = Spread.of(errors.position).rms, CLEAR_SHARE_OF_REACH * robot.reach
-    if not off > NEGLIGIBLE:
+    off, turned = (Spread.of(each).rms for each in (errors.position, errors.rotation))
+    far, angles = CLEAR_SHARE_OF_REACH * robot.reach, " and {:.3g}°" if turned > STRANGE_ANGLE else ""
+    if not (off > NEGLIGIBLE or angles):
         return "", False
-    base, tool = visible_parts(data)
-    freedom = FrameFreedom(base, tool, base_per_session=len(data.sessions) > 1)
+    freedom = FrameFreedom(*visible_parts(data), base_per_session=len(data.sessions) > 1)
     placed = row_errors(align(robot, data, freedom), data)
     best, turn = (Spread.of(each).rms for each in (placed.position, placed.rotation))
     if best > far or turn > STRANGE_ANGLE:
         size = f"{in_mm(best)}{f' and {np.rad2deg(turn):.0f}°' if turn > STRANGE_ANGLE else ''}"
         return f"even the best base and tool leave {size} rms: the rows are hardly this arm's", True
-    if not off > min(far, MAX_BASE_ERROR_RATIO * best):
+    if not (off > min(far, MAX_BASE_ERROR_RATIO * best) or angles):
         return "", False
     moved = ""
-    for name, alone in (("base", FrameFreedom(base)), ("tool", FrameFreedom(tool=tool))):
+    for name, alone in (("base", FrameFreedom(freedom.base)), ("tool", FrameFreedom(tool=freedom.tool))):
         arm = align(robot, data, alone)
-        if not moved and Spread.of(row_errors(arm, data).position).rms < ALIKE * best:
+        if not (moved or angles) and Spread.of(row_errors(arm, data).position).rms < ALIKE * best:
             if name == "base":
                 shift = (predict(arm, data) - predict(robot, data))[:, :3, 3].mean(0)
             else:
                 shift = arm.in_first_session.tool.xyz - robot.in_first_session.tool.xyz
             size = ", ".join(f"{1e3 * v:z.2f}" for v in shift)
             moved = f" (another {name} does: {size} mm in x, y, z from the file's)"
-    left = f"the best base and tool leave {in_mm(best)} rms{moved}"
-    return f"{left}, not {in_mm(off)}; fit them: --frames fit", False
+    now, was = (in_mm(e) + angles.format(np.rad2deg(a)) for e, a in ((best, turn), (off, turned)))
+    return f"the best base and tool leave {now} rms{moved}, not {was}; fit them: --frames fit", False
 
 
 def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:

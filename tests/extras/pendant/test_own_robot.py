@@ -93,12 +93,12 @@ def test_signs_offsets_units_and_convention_are_found(name, seed):
 
 def test_a_wrong_table_is_refused_and_an_unmoved_joint_is_named():
     arm = plain("ur10")
-    q = np.random.default_rng(4).uniform(-2.0, 2.0, (3, 6))
     table = rows_of(arm)
     table[2]["a"] *= 1.1
-    typed = exactly(q, tool_poses(arm, Motion(q)))
-    with refuses(DataError, "11.9 mm", "standard DH"):
-        find_convention(table_readings(table), typed)
+    for many, facts in ((3, ("11.9 mm", "standard DH")), (8, ("joint3.a -572.3 instead of -629.5 mm",))):
+        q = np.random.default_rng(4).uniform(-2.0, 2.0, (many, 6))
+        with refuses(DataError, *facts):
+            find_convention(table_readings(table), exactly(q, tool_poses(arm, Motion(q))))
     q[:, 4] = 0.7
     poses = tool_poses(arm, Motion(q))
     still = exactly(q, poses)
@@ -162,8 +162,7 @@ def test_joints_counted_otherwise_are_the_same_arm_with_the_same_weights(name):
     q = rng.uniform(-1.0, 1.0, (20, arm.dof))
     counted = Motion(signs * q + offsets)
     np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(arm, counted), atol=1e-12)
-    for (low, high), (a, b), s, o in zip(again.limits, arm.limits, signs, offsets, strict=True):
-        np.testing.assert_allclose(sorted((s * low + o, s * high + o)), (a, b), atol=1e-12)
+    np.testing.assert_allclose(np.sort((signs * again.limits.T + offsets).T), arm.limits, atol=1e-12)
     if arm.has_masses:
         moments = joint_moments(again, Motion(q)).about
         np.testing.assert_allclose(moments, signs * joint_moments(arm, counted).about, atol=1e-9)

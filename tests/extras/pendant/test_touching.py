@@ -152,6 +152,9 @@ def test_what_is_asked_for_decides_and_says_how_many_more(run, arm):
     assert run("tcp", "touches.csv", "--robot", "iiwa7")[0] == 1
     status, _, err = run("tcp", table(pivot(arm, 4), ["a", "b", "a", "b"]), "--robot", arm)
     assert (status, mentions(err, "of 2 points")) == (1, True)
+    q = [*pivot(arm, 3), *(tip_at(arm, POINT + 0.02, seed=seed) for seed in (7, 8, 9))]
+    assert run("tcp", table(q, [*"aaabbb"]), "--robot", arm, "--json", "tip.json")[0] == 0
+    assert np.abs(np.array(json.loads(Path("tip.json").read_text())["xyz"]) - TIP).max() < 2e-4
 
 
 # Frames -------------------------------------------------------------------------------------------------

@@ -125,6 +125,8 @@ def test_pass_and_fail(arm):
     for off, said in ((0.025, ["not 43.3 mm"]), ([0, 0, 5e-3], ["another base", "5.00 mm"])):  # a tripod's
         moved = wb.verify(calibrated, replace(fresh, position=fresh.position + np.array(off)), wanted=1e-3)
         assert mentions(" ".join(moved.warnings), "--frames fit", *said)
+    turned = wb.verify(calibrated, replace(fresh, rotation=fresh.rotation @ np.diag([1.0, -1.0, -1.0])))
+    assert mentions(" ".join(turned.warnings), "--frames fit", "180°")  # another frame of the flange
     assert wb.verify(calibrated, fresh).passed is None
     assert not wb.verify(calibrated, fresh, wanted=Wanted(position=1.0, rotation=1e-6)).passed
     for wanted in (0.0, "large"):

@@ -6,7 +6,7 @@ import pytest
 from checks import robot_of
 from refusals import mentions, refuses
 
-from workbench import Frame, Motion, tool_poses
+from workbench import Frame, Motion, Robot, tool_poses
 from workbench.arm.effects import EFFECTS
 from workbench.arm.inverse.damped_newton import Task
 from workbench.base.errors import DataError
@@ -86,6 +86,17 @@ def test_five_joints_meet_position_and_axis(arms):
     at, wanted = tool_poses(found.commanded.calibrated, Motion(found.q)), found.commanded.poses
     np.testing.assert_allclose(at[:, :3, 2:], wanted[:, :3, 2:], atol=1e-8)
     assert found.commanded.task is Task.POSITION_AXIS
+
+
+def test_four_joints_meet_the_position_and_the_turn_they_have():
+    rows = np.array([[0, 0.3, 0, np.pi / 2], [0, 0, 0.3, 0], [0, 0, 0.25, 0], [0, 0, 0.1, 0]])
+    off = np.random.default_rng(1).uniform(-2e-3, 2e-3, rows.shape)
+    nominal, model = (Robot.from_dh(rows + e, name="four") for e in (0.0, off))
+    q = np.random.default_rng(2).uniform(0.3, 1.0, (20, 4))
+    found = correct(command_joints(model.with_frames(tool=Frame(xyz=[0.05, 0.02, 0.03])), nominal, q))
+    assert found.after.position.max() < 1e-9
+    assert np.ptp((found.q - q)[:, 1:].sum(1)) < 2e-5  # the pitch is kept
+    assert found.after.rotation.min() > 1e-4  # what these joints can't turn is told
 
 
 def test_a_base_in_the_measuring_frame_and_its_drift_do_not_matter(arms):

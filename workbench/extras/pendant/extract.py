@@ -215,9 +215,7 @@ def _fitted(arm: Robot, data: Dataset, set_apart: bool = True) -> tuple[Identifi
     nominal, best = np.sqrt((errors**2).mean((1, 2))).tolist()
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
     found = run, nominal, best * float(np.sqrt(6 * len(used) / spare)), allowed
-    may_be_bare = (
-        run.frames.base and arm.base.free is Freedom.AUTO
-    )  # as the arm's own lengths may be the frame
+    may_be_bare = run.frames.base and arm.base.free is Freedom.AUTO  # its own lengths may be the frame
     bare = _fitted(arm.with_frames(base=Frame()), data, set_apart) if may_be_bare else found
     return bare if bare[2] <= bare[3] else found
 

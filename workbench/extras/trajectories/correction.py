@@ -21,6 +21,7 @@ from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.motion import Motion
+from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.base.wording import first_of, plural
 from workbench.extras.trajectories.path import Commanded, refuse, refuse_beyond
@@ -39,6 +40,8 @@ MAX_CORRECTION = 0.35
 """Correction of a joint above which the cause is a singularity, not the calibration [rad or m]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit counts as held by it [rad or m]."""
+TURNS, DAMPING = 4, 1e-2
+"""Rounds in which an orientation is met as nearly as can be, and damping of turns that few joints give."""
 BOUNDARY = 0.02
 """Singular value of the Jacobian below which an unconverged run has met the boundary of its branch."""
 
@@ -72,6 +75,7 @@ class Compensation(AbstractShown):
     def blocks(self) -> list[Block]:
         """Predicted errors before and after, and decisions."""
         own, remains = self.commanded.expected, self.after.position.max() > ACCEPTED_ERROR
+        remains |= self.commanded.is_turned
         found = [("as commanded", self.before), ("corrected", self.after)][: 1 + remains]
         rows = [(n, *(short(v) for s in e.spreads.values() for v in (s.mean, s.max))) for n, e in found]
         mean, angle = (short(1e3 * own[0]), short(np.rad2deg(own[1]))) if own else ("–", "–")
@@ -132,6 +136,7 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
             after = _errors(commanded, state.at(np.where(taken[:, None], place.q, after.q)))
             wrong = wrong & ~taken
     _check(commanded, after, wrong, points)
+    after = _errors(commanded, state.at(after.q)) if commanded.is_turned else after
     weight = ROTATION_WEIGHT * compile_arm(robot).length
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
@@ -150,15 +155,25 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
 
 
 def _errors(commanded: Commanded, state: Motion) -> Reached:
-    """Errors of the deflected arm in a state."""
+    """Errors of the deflected arm in a state; of all of the orientation where it is met as near as can be."""
     wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
-    return refine(compile_arm(commanded.calibrated), wanted, state.q, task=commanded.task, iterations=0)
+    task = Task.POSE if commanded.is_turned else commanded.task
+    return refine(compile_arm(commanded.calibrated), wanted, state.q, task=task, iterations=0)
 
 
 def _corrected(commanded: Commanded, state: Motion) -> Reached:
     """Corrected joints with their remaining errors."""
-    robot, task = commanded.calibrated, commanded.task
-    return refine_deflected(robot, commanded.poses, state.q, task=task, limits=robot.limits, motion=state)
+    robot, task, arm = commanded.calibrated, commanded.task, compile_arm(commanded.calibrated)
+    q = state.q
+    for _ in range(TURNS if commanded.is_turned else 0):  # along the motions that keep the position
+        found = refine_deflected(robot, commanded.poses, q, task=task, limits=robot.limits, motion=state)
+        wanted, jacobian = rigid_targets(robot, commanded.poses, state.at(found.q)), arm.jacobian(found.q)
+        off = se3.matrix_to_rotvec(wanted[:, :3, :3] @ arm.geometry(found.q)[0][:, :3, :3].swapaxes(1, 2))
+        free = np.linalg.svd(jacobian[:, :3])[2][:, 3:].swapaxes(1, 2)
+        turns = jacobian[:, 3:] @ free
+        normal = turns.swapaxes(1, 2) @ turns + DAMPING * np.eye(free.shape[2])
+        q = found.q + (free @ np.linalg.solve(normal, turns.swapaxes(1, 2) @ off[..., None]))[..., 0]
+    return refine_deflected(robot, commanded.poses, q, task=task, limits=robot.limits, motion=state)
 
 
 def _singular(commanded: Commanded, after: Reached) -> Bool[np.ndarray, " rows"]:

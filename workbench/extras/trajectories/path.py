@@ -41,6 +41,7 @@ MET = {
     ),
     Task.POSITION: "only positions are met, orientations are free",
 }
+NEAR = "positions are met, orientations as nearly as the other joints can"
 """What of a pose is met, where it is not all of it."""
 
 Times = Float[np.ndarray, " rows"] | None
@@ -55,6 +56,7 @@ class Commanded:
         nominal: The arm as the controller computes it, with the calibrated tool; both in the robot's base.
         task: Part of a pose that the number of joints can meet and the calibration observed.
         expected: Error of the calibrated arm where it was measured; None if unknown.
+        is_turned: Whether orientations are met as nearly as positions leave them to the arm.
         poses: Commanded poses of the tool, robot's base frame.
         q: Joint positions that the controller sends without correction [rad or m].
         time: Time of every row [s], for messages; None if there is none.
@@ -64,6 +66,7 @@ class Commanded:
     nominal: Robot
     task: Task
     expected: Expected | None
+    is_turned: bool
     poses: Float[np.ndarray, "rows 4 4"]
     q: Float[np.ndarray, "rows n"]
     notes: tuple[str, ...]
@@ -155,6 +158,7 @@ def _compared(calibrated: Robot, nominal: Robot, positions_only: bool | None) ->
         nominal=nominal.with_frames(base=Frame(), tool=arm.tool),
         task=Task.POSITION if place else Task.default(nominal.dof),
         expected=expected_error(calibrated, usable.left),
+        is_turned=not place and Task.default(nominal.dof) is Task.POSITION,
         poses=np.zeros((0, 4, 4)),
         q=np.zeros((0, nominal.dof)),
         notes=tuple(notes),
@@ -162,7 +166,8 @@ def _compared(calibrated: Robot, nominal: Robot, positions_only: bool | None) ->
 
 
 def _along(begun: Commanded, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
-    notes = (*begun.notes, *notes, *([MET[begun.task]] if begun.task in MET else ()))
+    met = NEAR if begun.is_turned else MET.get(begun.task)
+    notes = (*begun.notes, *notes, *([met] if met else ()))
     return replace(begun, poses=frozen(poses), q=frozen(q), notes=notes, time=time)
 
 

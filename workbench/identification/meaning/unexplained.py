@@ -178,7 +178,7 @@ def _fits(robot: Robot, data: Dataset) -> bool:
     return _misfit(robot, data) < min(WITHIN * robot.reach, NARROW * float(wide), beside)
 
 
-def _one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
+def one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     """`with joint4.d 108.8 instead of 88.8 mm they fit to 0.02 mm`."""
     if (reading := meaning.given) is None:
         return {}
@@ -204,5 +204,5 @@ def _one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     return {"told": f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"}
 
 
-EXPLANATIONS = (_by_column, _positions_alone, _otherwise, _in_order, _most, _one_constant)
+EXPLANATIONS = (_by_column, _positions_alone, _otherwise, _in_order, _most, one_constant)
 """All in their order; rows that are found, of which some stand off, are asked of their columns alone."""

@@ -26,6 +26,8 @@ from workbench.extras.pendant.own_robot.table_meanings import TableReading, read
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.read_rows import HELD_ROWS, read_any
 from workbench.identification.meaning.reading import RowReading
+from workbench.identification.meaning.search import FEW_POINTS
+from workbench.identification.meaning.unexplained import FAR, one_constant
 from workbench.identification.meaning.usable_rows import MIN_ROWS, usable
 
 MAX_ERROR = (0.005, float(np.deg2rad(0.5)))
@@ -87,18 +89,19 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     seen = data if rows is None or data.position is not None else rows
     placed = (best.base @ best.flange(seen.q) @ best.tool)[:, :3, 3]
     off = np.linalg.norm(placed - best.apply(seen, joints=False).position, axis=1)
-    far = (off > MAX_ERROR[0] * best.robot.reach) & seen.included & (not held)
+    far = (off > max(MAX_ERROR[0] * best.robot.reach, FAR * best.position)) & seen.included & (not held)
     worst, which = in_mm(float(np.nanmax(off))), f"{first_of(seen.row[far], 10)} ({data.counted})"
-    strange = f"rows {which} don't count, off by up to {worst}"
     shows = shown.meaning(best).assumptions if isinstance(shown, Displayed) else ()
     assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
     said = ", ".join(assumed)
     if held and best.apart and _fits_typed(best):
-        others = f"the others fit to {in_mm(best.position)} with {said}"
-        alone = f"pose {best.apart[0] + 1} alone is {in_mm(off[best.apart[0]])} off"
-        raise DataError(f"{alone}, {others}: check its numbers")
-    if not (_fits_typed(best) if held else best.fits):
-        nearest = f"the nearest is {best.size} off ({said}); {CHECK if held else CHECK_ROWS}"
+        alone = f"pose {best.apart[0] + 1} alone is {in_mm(off[best.apart[0]])} off, the others fit to "
+        raise DataError(f"{alone}{in_mm(best.position)} with {said}: check its numbers")
+    is_near, is_exact = _fits_typed(best), held or (len(data) < FEW_POINTS and best.convention is not None)
+    wrong = {} if is_near or rows is None else one_constant(first, rows, replace(found, turned=best))
+    if wrong or not (is_near if is_exact else best.fits):
+        cure = CHECK if held else CHECK_ROWS + f", or give {FEW_POINTS} poses of a rough arm" * is_exact
+        nearest = f"the nearest is {best.size} off ({said}); {wrong.get('told', cure)}"
         raise DataError(f"none of {tried} readings of the table fits {where}; {nearest}")
     if either := _left_open(found, readings, data.q, held=held):
         moves = "add poses with every joint moved by 30° or more"
@@ -117,10 +120,10 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
         tried=tried,
         changes=changes,
         notes=(
-            f"it fits: {said or 'as it was given'}",
+            f"{'it fits' if is_near else 'the nearest'}: {said or 'as it was given'}",
             *(f"{'left open' if found.equal else 'change'}: {change}" for change in changes),
             f"errors at {where}: {best.size}{other}; {tried} readings tried",
-            *[f"{strange}: correct them"] * bool(far.any()),
+            *[f"rows {which} don't count, off by up to {worst}: correct them"] * bool(far.any()),
         ),
     )
 
@@ -171,7 +174,7 @@ def _left_open(found: RowMeaning, readings: Sequence[TableReading], q: np.ndarra
 
 
 def _fits_typed(reading: RowReading) -> bool:
-    return reading.position < MAX_ERROR[0] * reading.robot.reach and reading.rotation < MAX_ERROR[1]
+    return reading.position < MAX_ERROR[0] * reading.robot.reach and not reading.rotation >= MAX_ERROR[1]
 
 
 def read_poses(

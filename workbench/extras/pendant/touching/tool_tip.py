@@ -1,8 +1,8 @@
 """The tip of a tool from touching a point in several orientations (a pivot).
 
-    R_i t + p_i = c,        i the touches, (R_i, p_i) the flange, t the tip in it, c the point
+    R_i t + p_i = c_k,        i the touches of point k, (R_i, p_i) the flange, t the tip in it, c_k the point
 
-is linear in t and c.
+is linear in t and c_k.
 """
 
 from dataclasses import dataclass, replace
@@ -107,27 +107,29 @@ def tcp(
     wanted: Like[Length] | None = None,
     columns: str | None = None,
 ) -> ToolTip:
-    """Find a tool's tip from touching one point in four orientations or more, joints alone.
+    """Find a tool's tip from touching one point, or some, in four orientations or more, joints alone.
 
     Args:
         robot: The arm, calibrated or nominal; the tool in its file counts for nothing.
-        touches: Joint positions.
+        touches: Joint positions; `contact` names which of several points was touched.
         wanted: Required half of the 95 % interval [m].
         columns: Of the file, as of `read_measurements`.
 
     Raises:
-        DataError: fewer than four touches, more than one point, or orientations that are too much alike.
+        DataError: too few touches of one point, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
     every = shared.read_touches(touches, robot, columns, wanted)
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
     given = replace(given, notes=tuple(again[: len(every) - len(given)]))
-    at = shared.flanges(robot, given.q)
+    at, points = shared.flanges(robot, given.q), _points(given)
     for rows in (every, given):
-        _check(rows, shared.flanges(robot, rows.q)[:, :3, :3])
-    solved, slipped = shared.solve_without_slipped(lambda rows: _solve(at[rows]), len(given), given.source)
-    missed = se3.apply(at, solved.x[:3]) - solved.x[3:]
+        _check(rows, shared.flanges(robot, rows.q)[:, :3, :3].reshape(-1, 9), _points(rows))
+    solve = lambda rows: _solve(at[rows], points[rows])  # noqa: E731
+    solved, slipped = shared.solve_without_slipped(solve, len(given), given.source)
+    tips, kept = se3.apply(at, solved.x[:3]), np.delete(np.arange(len(at)), slipped)
+    missed = tips - points @ np.linalg.lstsq(points[kept], tips[kept], rcond=None)[0]
     return ToolTip(
         of=shared.TouchErrors(robot, given, np.linalg.norm(missed, axis=1), slipped),
         xyz=solved.x[:3],
@@ -136,26 +138,34 @@ def tcp(
     )
 
 
-def _check(touches: Dataset, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
-    count, names = len(touches), len(set(shared.names_of(touches)))
-    if count < MIN_TOUCHES or names > 1:
+def _points(touches: Dataset) -> Float[np.ndarray, "rows points"]:
+    """Which point each touch is of."""
+    names = np.array(shared.names_of(touches))
+    return 1.0 * (names[:, None] == np.unique(names))
+
+
+def _check(touches: Dataset, turns: np.ndarray, points: np.ndarray) -> None:
+    count, names = points.shape
+    if count - names < MIN_TOUCHES - 1:
         many = f" of {names} points (if these name the rows, remove their column)" if names > 1 else ""
         more = f"touch one point {MIN_TOUCHES} times or more, each time with another orientation of the tool"
         raise DataError(f"{touches.source}: {count} touches{many}; {more}")
-    _, sizes, axes = np.linalg.svd((rotations - rotations.mean(0)).reshape(-1, 3))
-    minimum = TILTED * np.sqrt(count)
-    if sizes[-2] < minimum:
-        how = "tilt it by 30° or more about different axes (and head joints in rad q1[rad] …)"
-        raise DataError(f"{touches.source}: the tool kept its orientation; {how}")
-    if sizes[-1] < minimum:
+    own, small = np.linalg.lstsq(points, turns, rcond=None)[0], np.rad2deg(np.abs(touches.q).max())
+    _, sizes, axes = np.linalg.svd((turns - points @ own).reshape(-1, 3))
+    how = "; tilt it by 30° or more about different axes"
+    how += f", or head joints in rad q1[rad] … (all are within {small:.2g}°)" * bool(small < 2.0 * np.pi)
+    minimum, why = TILTED * np.sqrt(count), "kept its orientation"
+    if sizes[-1] < minimum <= sizes[-2]:
         axis = ", ".join(signed(v, 2) for v in axes[-1])
-        why = f"about one axis only, so the tip along ({axis}) of the flange can't be determined"
-        raise DataError(f"{touches.source}: the tool was turned {why}; tilt it by 30° or more about another")
+        why = f"was turned about one axis only, so the tip along ({axis}) of the flange can't be determined"
+    if sizes[-1] < minimum:
+        raise DataError(f"{touches.source}: the tool {why}{how}")
 
 
-def _solve(at: Float[np.ndarray, "rows 4 4"]) -> shared.TouchSolution:
-    """The tip in the flange and the point in the base [m]."""
-    flat = np.concatenate([at[:, :3, :3], np.tile(-np.eye(3), (len(at), 1, 1))], axis=2).reshape(-1, 6)
+def _solve(at: np.ndarray, points: np.ndarray) -> shared.TouchSolution:
+    """The tip in the flange and the points in the base [m]."""
+    places = -np.einsum("nk,ij->nikj", points[:, points.any(0)], np.eye(3)).reshape(len(at), 3, -1)
+    flat = np.concatenate([at[:, :3, :3], places], axis=2).reshape(3 * len(at), -1)
     right = -at[:, :3, 3].ravel()
     x = np.linalg.lstsq(flat, right, rcond=None)[0]
     return shared.TouchSolution(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))

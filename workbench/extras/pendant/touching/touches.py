@@ -90,8 +90,7 @@ class TouchSolution:
         if self.spare < 1:
             return np.full(len(self.covariance), np.inf)
         variance = max(float(self.left @ self.left), self.spare * EXACT_SCATTER**2) / self.spare
-        quantile = special.stdtrit(self.spare, 0.975)
-        return quantile * np.sqrt(variance * np.diag(self.covariance))
+        return special.stdtrit(self.spare, 0.975) * np.sqrt(variance * np.diag(self.covariance))
 
 
 def solve_without_slipped(
@@ -168,6 +167,5 @@ class TouchErrors:
         return headed(title, table, *more, *lines("warning", slipped), notes=self.notes)
 
     def json(self, schema: str, message: str, **found: Any) -> Json:
-        head = {**reading_json(self.touches), "message": message, "scatter": self.scatter}
-        found = {"robot": self.robot.name, **found, "touches": self._each}
-        return document(schema, **head, **found, notes=list(self.notes))
+        said = {"message": message, "scatter": self.scatter, "robot": self.robot.name, **found}
+        return document(schema, **reading_json(self.touches), **said, touches=self._each, notes=[*self.notes])

@@ -85,13 +85,10 @@ class UserFrame(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        known = np.isfinite(self.half[:3])
-        parts = (
-            f"{axis} {signed(1e3 * v, 3)}" + (f" ± {1e3 * h:.3f}" if k else "")
-            for axis, v, h, k in zip("xyz", self.pose[:3, 3], self.half, known, strict=False)
-        )
+        each = zip("xyz", 1e3 * self.pose[:3, 3], 1e3 * self.half[:3], strict=True)
+        parts = (f"{a} {signed(v, 3)}" + f" ± {h:.3f}" * bool(np.isfinite(h)) for a, v, h in each)
         off = f"touches are off by {in_mm(self.of.scatter)}"
-        meet = off if known.all() else "no redundant touch shows its error"
+        meet = off if np.isfinite(self.half[:3]).all() else "no redundant touch shows its error"
         return f"frame at {', '.join(parts)} mm in the robot's base; {meet}"
 
     @property
@@ -103,14 +100,10 @@ class UserFrame(AbstractShown):
         return write_text(path, tomli_w.dumps({"frame": self._table}))
 
     def blocks(self) -> list[Block]:
-        rpy = np.rad2deg(self._table["rpy"])
-        vector = se3.matrix_to_rotvec(self.pose[:3, :3])
-        axes = Sentence(
-            f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C in reverse order); rotation "
-            f"vector {', '.join(signed(v, 5) for v in vector)} rad",
-            "axes",
-        )
-        return self.of.blocks(self.sentence, axes)
+        angles = ", ".join(signed(v, 3) for v in np.rad2deg(self._table["rpy"]))
+        vector = ", ".join(signed(v, 5) for v in se3.matrix_to_rotvec(self.pose[:3, :3]))
+        axes = f"roll, pitch, yaw {angles}° (A, B, C in reverse order); rotation vector {vector} rad"
+        return self.of.blocks(self.sentence, Sentence(axes, "axes"))
 
     def json(self) -> Json:
         return self.of.json(SCHEMA, self.doubt or self.sentence, **self._table, half_width=self.half)
@@ -199,9 +192,8 @@ def _named(touches: Dataset, tips: np.ndarray, robot: Robot) -> Begun:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
     y = np.cross(z, x) / np.linalg.norm(np.cross(z, x))
     z = z / np.linalg.norm(z)
-    begin = se3.pose(np.stack([np.cross(y, z), y, z], axis=1), origin)
     counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in names])
-    return begin, np.zeros((len(touches), 3)), counts
+    return se3.pose(np.stack([np.cross(y, z), y, z], axis=1), origin), np.zeros_like(tips), counts
 
 
 def _require_spread(touches: Dataset, points: np.ndarray) -> None:
