@@ -172,7 +172,8 @@ class Run(AbstractReported, AbstractValidation):
         """
         if self.new_sessions:
             return {"TOML": self.judged}
-        return self._saved(self.as_measured).errors(self.judging)
+        found, seen = self._saved(self.as_measured).errors(self.judging), self.saved.robot.calibration
+        return {name: e if seen is None else e.widened(*seen.observed.tool) for name, e in found.items()}
 
     def refusals(self, nominal: Errors, reach: float, fitted: Errors = UNKNOWN) -> dict[str, str]:
         """Why files should not be used, by format: those worse than nominal, whose errors on the judging rows

@@ -111,10 +111,12 @@ class BoardFinder:
     Args:
         targets: What is looked for, each with its dictionary.
         notes: What was decided about them.
+        older: Boards with an even number of rows as OpenCV before 4.6 printed them.
     """
 
     targets: tuple[PictureTarget, ...]
     notes: tuple[str, ...] = ()
+    older: tuple[PictureTarget, ...] = ()
 
     @classmethod
     def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
@@ -125,7 +127,10 @@ class BoardFinder:
             name = max(COMMON_NAMES, key=lambda name: cls(_printed(unsaid, name)).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
             targets = [t if t.prints else _printed([t], name)[0] for t in targets]
-        return cls(tuple(targets), tuple(notes))
+        even = [(t,) for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
+        older = [t for t in even if not cls(t).shown(pictures) and cls(t, older=t).shown(pictures)]
+        notes += [f"{t.text} as OpenCV before 4.6 printed it" for (t,) in older]
+        return cls(tuple(targets), tuple(notes), older=tuple(t for (t,) in older))
 
     def find(self, picture: Picture) -> tuple[Corners, str]:
         """All corners in a picture, and the reason where there are none."""
@@ -145,6 +150,7 @@ class BoardFinder:
                 tags.setdefault(target.dictionary, []).append(target)
                 continue
             board = opencv_board(target.charuco)
+            board.setLegacyPattern(target in self.older)
             uv, names, *_ = opencv().aruco.CharucoDetector(board).detectBoard(picture)
             if names is not None:
                 ids = names.ravel() + target.ids[0]
