@@ -14,7 +14,6 @@ from test_camera_fit import identified, read, true_errors, written
 import workbench as wb
 from workbench.base.errors import DataError
 
-
 IDENTIFY = partial(wb.identify, algorithms=("opt2",))
 
 

@@ -124,9 +124,10 @@ class BoardFinder:
         notes = list[str]()
         unsaid = [t for t in targets if not t.prints]
         if unsaid:
-            name = max(COMMON_NAMES, key=lambda name: cls(_printed(unsaid, name)).shown(pictures))
+            named = {n: tuple(replace(t, dictionary=n) for t in unsaid) for n in COMMON_NAMES}
+            name = max(named, key=lambda n: cls(named[n]).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
-            targets = [t if t.prints else _printed([t], name)[0] for t in targets]
+            targets = [t if t.prints else replace(t, dictionary=name) for t in targets]
         even = [(t,) for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
         older = [t for t in even if not cls(t).shown(pictures) and cls(t, older=t).shown(pictures)]
         notes += [f"{t.text} as OpenCV before 4.6 printed it" for (t,) in older]
@@ -170,10 +171,6 @@ class BoardFinder:
         others = [n for n in COMMON_NAMES if n not in stated and len(markers_in(picture, n)[1]) >= MIN_FOUND]
         more = f" and more of {others[0]}" if others else ": is it in view, sharp, lit, not mirrored?"
         return f"it shows {plural(shown, 'marker')} of {', '.join(stated)}{more}"
-
-
-def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[PictureTarget, ...]:
-    return tuple(replace(target, dictionary=dictionary) for target in targets)
 
 
 def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterator[tuple[str, Path]]:

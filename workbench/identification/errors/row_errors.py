@@ -96,10 +96,7 @@ class Errors:
         return Errors(self.position[rows], self.rotation[rows], self.tilt[rows], own)
 
     def widened(self, position: float, rotation: float) -> "Errors":
-        """The same with the model's own uncertainty at the tool [m], [rad] added in quadrature to what only
-        readings in their own unit suggest."""
-        if self.own is None:
-            return self
+        """The same with the model's own uncertainty at the tool [m], [rad] added in quadrature."""
         wider = np.hypot(self.position, position), np.hypot(self.rotation, rotation)
         return replace(self, position=wider[0], rotation=wider[1])
 
