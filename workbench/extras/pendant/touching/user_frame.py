@@ -86,10 +86,8 @@ class UserFrame(AbstractShown):
     @property
     def sentence(self) -> str:
         known = np.isfinite(self.half[:3])
-        parts = (
-            f"{axis} {signed(1e3 * v, 3)}" + (f" ± {1e3 * h:.3f}" if k else "")
-            for axis, v, h, k in zip("xyz", self.pose[:3, 3], self.half, known, strict=False)
-        )
+        each = zip("xyz", 1e3 * self.pose[:3, 3], 1e3 * self.half[:3], strict=True)
+        parts = (f"{axis} {signed(v, 3)}" + (f" ± {h:.3f}" if h < np.inf else "") for axis, v, h in each)
         off = f"touches are off by {in_mm(self.of.scatter)}"
         meet = off if known.all() else "no redundant touch shows its error"
         return f"frame at {', '.join(parts)} mm in the robot's base; {meet}"
