@@ -69,6 +69,14 @@ def test_a_single_tag_of_another_size_does_not_bend_the_arm(tmp_path):
     assert float(re.search(r"(\d+\.\d+) % smaller", *found.doubts)[1]) == pytest.approx(1.6, abs=0.5)
 
 
+def test_joints_are_found_by_a_column_of_any_heading(tmp_path):
+    """Under 'picture' in another order, pictures were 490 mm off."""
+    _, shots, _, data = seen(tmp_path, 3)
+    head, *rows = shots.joints().splitlines()
+    (tmp_path / "joints.csv").write_text("\n".join([head.replace("image", "picture"), *rows[::-1]]))
+    assert read(tmp_path).readings.image.tolist() == data.readings.image[::-1].tolist()
+
+
 def rows_away(q):
     q[:] = np.roll(q, 1, axis=0)
 

@@ -66,8 +66,7 @@ class ToolTip(AbstractShown):
     @property
     def more(self) -> int:
         """How many more touches narrow the widest interval to the required one."""
-        ratio = self.half.max() / (self.wanted or USABLE)
-        return max(int(np.ceil(self.used * ratio**2)) - self.used, 0)
+        return max(int(np.ceil(self.used * (self.half.max() / (self.wanted or USABLE)) ** 2)) - self.used, 0)
 
     @property
     def doubt(self) -> str:
