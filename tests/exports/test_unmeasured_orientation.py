@@ -3,7 +3,7 @@
 The arm, its errors and every judge are plain numpy; of the package's own code only files come here.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -151,3 +151,20 @@ def test_no_step_runs_away_along_what_only_rounding_tells():
     assert closest(arm, names, at, prior=np.zeros(2)).values(names) - start == pytest.approx(
         [5e-4, -5e-4], rel=0.01
     )
+
+
+def test_a_urdf_keeps_the_tool_that_was_measured():
+    """A constant turn of the tool made uncertain orientations of a URDF worse than nominal."""
+    rng, robot = np.random.default_rng(1), wb.load_robot("ur5e")
+    names, q = robot.joint_offsets, rng.uniform(-1.5, 1.5, (30, 6))
+    zeros = robot.values(names) + np.deg2rad(1.5) * rng.normal(size=6)
+    poses = wb.tool_poses(robot.with_values(dict(zip(names, zeros, strict=True))), q)
+    poses = poses @ trip.placed([0.02, 0.01, 0.1], [0.3, 0.2, 0.1])
+    position = poses[:, :3, 3] + 3e-3 * rng.normal(size=(30, 3))
+    rotation = np.array(
+        [trip.placed(np.zeros(3), r)[:3, :3] for r in np.deg2rad(1.2) * rng.normal(size=(30, 3))]
+    )
+    data = Dataset(q=q, position=position, rotation=rotation @ poses[:, :3, :3])
+    robot = robot.with_frames(tool=replace(robot.tool, free="free"))
+    found = wb.identify(robot, data, frames="shared").best.file_errors
+    assert found["URDF"].expected.rotation < 1.05 * found["TOML"].expected.rotation

@@ -286,14 +286,14 @@ def _fitted(
     seen: tuple[bool, bool],
 ) -> Robot:
     """The arm with the named constants fitted; unobserved rotations are relative to its own base."""
-    sigma = np.repeat(
-        [POSITION_SIGMA if seen[0] else OPEN_SIGMA, POSITION_SIGMA / LEVER if seen[1] else OPEN_SIGMA], 3
-    )
+    sigma = np.repeat(np.where(seen, (POSITION_SIGMA, POSITION_SIGMA / LEVER), OPEN_SIGMA), 3)
     here, nominal = Motion(q), tool_poses(start, Motion(q))
     wanted = wanted.copy()
     if not seen[0]:
         wanted[:, :3, 3] = nominal[:, :3, 3]
     turned = wanted if seen[1] else tool_poses(start.with_frames(base=Frame()), here)
+    if not seen[1] and "tool.yaw" in names:  # the tool stays as identified
+        turned[:, :3, :3] @= nearest_rotation(np.einsum("rji,rjk->ik", nominal[:, :3, :3], wanted[:, :3, :3]))
     own = np.array([not n.startswith("base.") for n in names])
 
     def at(arm: Robot) -> tuple[np.ndarray, np.ndarray]:

@@ -172,7 +172,8 @@ class Run(AbstractReported, AbstractValidation):
         """
         if self.new_sessions:
             return {"TOML": self.judged}
-        return self._saved(self.as_measured).errors(self.judging)
+        found, seen = self._saved(self.as_measured).errors(self.judging), self.saved.robot.calibration
+        return {n: e.widened(*seen.observed.tool) if seen and e.own else e for n, e in found.items()}
 
     def refusals(self, nominal: Errors, reach: float, fitted: Errors = UNKNOWN) -> dict[str, str]:
         """Why files should not be used, by format: those worse than nominal, whose errors on the judging rows
@@ -271,8 +272,7 @@ def sizes(formats: dict[str, Errors]) -> dict[str, str]:
     """Mean errors of each format, such as `URDF 0.512 mm 0.1916°`: a file can be checked against them."""
     digits, parts = dict(zip(TOOL, (3, 4), strict=True)), dict[str, str]()
     for name, errors in reversed(formats.items()):
-        known = ((n, s.mean) for n, s in errors.spreads.items() if n in digits)
-        some = [f"{mean:.{digits[n]}f}{KINDS[n][2]}" for n, mean in known]
+        some = [f"{s.mean:.{digits[n]}f}{KINDS[n][2]}" for n, s in errors.spreads.items() if n in digits]
         parts |= {name: " ".join((name, *some))} if some else {}
     return parts
 

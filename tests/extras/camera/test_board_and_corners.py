@@ -23,12 +23,13 @@ VIEWS = [((0.02, 0.05, -0.3), 0.0), ((0.2, 0.1, -0.28), 0.2), ((0.07, 0.32, -0.2
 DOT = 0.25e-3
 
 
-def printed(board=BOARD):
-    """The board as OpenCV itself draws it, at DOT a dot."""
+def printed(board=BOARD, *, older=False):
+    """The board as OpenCV itself draws it, at DOT a dot, or as it did before 4.6."""
     drawn = cv2.aruco.CharucoBoard(
         *(board.squares, board.square, board.marker),
         *(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250), np.array(board.markers)),
     )
+    drawn.setLegacyPattern(older)
     return drawn.generateImage(tuple(round(n * board.square / DOT) for n in board.squares))
 
 
@@ -45,6 +46,15 @@ def tags_at(places, dictionary, *, side=0.03, **more):
     ids, corners = np.repeat(np.arange(len(places)), 4), np.tile(np.arange(4), len(places))
     names = {"ids": ids, "corners": corners, "dictionary": dictionary}
     return PictureTarget(mounted=Mount.TOOL, points=points, **names, **more)
+
+
+def test_boards_that_older_programs_printed_are_read():
+    """43 pictures of such a board were said to show the markers of another one."""
+    board = Charuco((5, 6), 0.03, 0.022, "DICT_5X5_250")
+    for older in (True, False):
+        finder = BoardFinder.of([charuco_target(board, "world")], [paper := printed(board, older=older)])
+        assert len(finder.find(paper)[0]) == 20
+        assert len(finder.notes) == older
 
 
 @pytest.fixture(scope="module")

@@ -79,6 +79,7 @@ def test_zeros_and_hand_eye_lie_in_their_intervals(tmp_path):
     assert len(run.held_out_data)
     assert not run.suspects
     assert run.identifiability.title == "joint zeros"
+    assert run.best.file_errors["TOML"].expected.rotation >= run.robot.calibration.observed.tool.rotation
     assert [n for n in place if n.endswith("theta")] == [f"joint{k}.theta" for k in (2, 3, 4, 5)]
     assert np.rad2deg(check_zeros(fit, arm).max()) < 0.02
     for owner, pose in (("camera[c0]", shots.camera[0]), ("target", shots.target)):

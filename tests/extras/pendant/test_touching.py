@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -98,6 +99,18 @@ def test_intervals_hold_the_tip_as_often_as_they_say(arm, tmp_path, monkeypatch)
             inside.append(np.abs(tip.xyz - TIP) < tip.half)
     assert len(inside) > 190
     assert 0.92 < np.mean(inside) < 0.98
+
+
+def test_a_tip_in_an_uncertain_flange_says_so(arm):
+    """Its interval was 20 times smaller than what the model's own flange was off."""
+    rng, robot = np.random.default_rng(0), wb.load_robot(arm)
+    robot = robot.with_frames(tool=replace(robot.tool, free="free"))
+    q = rng.uniform(-1.0, 1.0, (40, 6))
+    at = wb.tool_poses(robot, q)
+    rows = wb.Dataset(q=q, position=at[:, :3, 3] + 1e-3 * rng.normal(size=(40, 3)), rotation=at[:, :3, :3])
+    touches = wb.Dataset(np.array([tip_at(arm, POINT, seed=k) for k in range(5)]))
+    sentences = [wb.tcp(each, touches).sentence for each in (wb.identify(robot, rows).robot, robot)]
+    assert ["this file only" in text for text in sentences] == [True, False]
 
 
 def _jacobian(arm, q):

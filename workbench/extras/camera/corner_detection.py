@@ -111,10 +111,12 @@ class BoardFinder:
     Args:
         targets: What is looked for, each with its dictionary.
         notes: What was decided about them.
+        older: Boards with an even number of rows as OpenCV before 4.6 printed them.
     """
 
     targets: tuple[PictureTarget, ...]
     notes: tuple[str, ...] = ()
+    older: tuple[PictureTarget, ...] = ()
 
     @classmethod
     def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
@@ -122,10 +124,14 @@ class BoardFinder:
         notes = list[str]()
         unsaid = [t for t in targets if not t.prints]
         if unsaid:
-            name = max(COMMON_NAMES, key=lambda name: cls(_printed(unsaid, name)).shown(pictures))
+            named = {n: tuple(replace(t, dictionary=n) for t in unsaid) for n in COMMON_NAMES}
+            name = max(named, key=lambda n: cls(named[n]).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
-            targets = [t if t.prints else _printed([t], name)[0] for t in targets]
-        return cls(tuple(targets), tuple(notes))
+            targets = [t if t.prints else replace(t, dictionary=name) for t in targets]
+        even = [(t,) for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
+        older = [t for t in even if not cls(t).shown(pictures) and cls(t, older=t).shown(pictures)]
+        notes += [f"{t.text} as OpenCV before 4.6 printed it" for (t,) in older]
+        return cls(tuple(targets), tuple(notes), older=tuple(t for (t,) in older))
 
     def find(self, picture: Picture) -> tuple[Corners, str]:
         """All corners in a picture, and the reason where there are none."""
@@ -145,6 +151,7 @@ class BoardFinder:
                 tags.setdefault(target.dictionary, []).append(target)
                 continue
             board = opencv_board(target.charuco)
+            board.setLegacyPattern(target in self.older)
             uv, names, *_ = opencv().aruco.CharucoDetector(board).detectBoard(picture)
             if names is not None:
                 ids = names.ravel() + target.ids[0]
@@ -164,10 +171,6 @@ class BoardFinder:
         others = [n for n in COMMON_NAMES if n not in stated and len(markers_in(picture, n)[1]) >= MIN_FOUND]
         more = f" and more of {others[0]}" if others else ": is it in view, sharp, lit, not mirrored?"
         return f"it shows {plural(shown, 'marker')} of {', '.join(stated)}{more}"
-
-
-def _printed(targets: Sequence[PictureTarget], dictionary: str) -> tuple[PictureTarget, ...]:
-    return tuple(replace(target, dictionary=dictionary) for target in targets)
 
 
 def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterator[tuple[str, Path]]:

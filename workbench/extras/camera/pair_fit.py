@@ -152,10 +152,8 @@ def _refined(
         step[:free] = vt[:rank].T @ (u[:, :rank].T @ left / s[:rank])
         if np.abs(step).max() < EXACT and np.allclose(sigma, before, rtol=1e-3):
             break
-        x, z = (
-            se3.pose(se3.rotvec_to_matrix(by[3:]) @ pose[:3, :3], pose[:3, 3] + by[:3])
-            for pose, by in ((x, step[:6]), (z, step[6:12]))
-        )
+        old, by = np.array([x, z]), step[:12].reshape(2, 6)
+        x, z = se3.pose(se3.rotvec_to_matrix(by[:, 3:]) @ old[:, :3, :3], old[:, :3, 3] + by[:, :3])
         scale, before = scale + float(step[12]), sigma
     spread[:free] = np.sqrt(((vt / np.maximum(s, 1e-9 * s[0])[:, None]) ** 2).sum(0))
     errors, basis = np.linalg.norm(every.reshape(-1, 2, 3), axis=2), u[:, :rank]

@@ -138,15 +138,17 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
 
 def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     """Name of every row of joints' picture, and what was decided."""
-    taken = list(dict.fromkeys(plain_names(rows.pictures or rows.image)))
+    taken, notes = list(dict.fromkeys(plain_names(rows.pictures or rows.image))), list[str]()
     both = f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)}"
-    if "image" not in joints.values:
+    names, labels = plain_names(joints.values.get("image", ())), joints.unread.items()
+    if not names and (key := next((k for k, own in labels if {*plain_names(own)} == {*taken}), "")):
+        names, notes = plain_names(joints.unread[key]), [f"joints are taken from {joints.source} by '{key}'"]
+    if not names:
         if len(taken) != joints.rows:
             text = f"{both}; give one row of joints per picture, best with a column 'image'"
             raise DataError(text, found=(joints.rows, len(taken)))
         note = "joints have no column 'image': the first row is assigned to the first picture, and so on"
         return taken, [note]
-    names = plain_names(joints.values["image"])
     if len(set(names)) < len(names):
         again = next(name for name in names if names.count(name) > 1)
         raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row per picture")
@@ -154,7 +156,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     if lacking:
         text = f"{both}: {listed(lacking, longest=3)} have no joints; add or delete them"
         raise DataError(text, column="image", found=tuple(lacking))
-    return names, []
+    return names, notes
 
 
 def plain_names(names: Iterable) -> list[str]:

@@ -66,8 +66,7 @@ class ToolTip(AbstractShown):
     @property
     def more(self) -> int:
         """How many more touches narrow the widest interval to the required one."""
-        wanted = self.wanted or USABLE
-        return max(int(np.ceil(self.used * (self.half.max() / wanted) ** 2)) - self.used, 0)
+        return max(int(np.ceil(self.used * (self.half.max() / (self.wanted or USABLE)) ** 2)) - self.used, 0)
 
     @property
     def doubt(self) -> str:
@@ -89,7 +88,11 @@ class ToolTip(AbstractShown):
         places = zip("xyz", 1e3 * self.xyz, 1e3 * self.half, strict=True)
         parts = (f"{axis} {signed(value, 3)} ± {half:.3f}" for axis, value, half in places)
         meet = f"{self.used} touches agree within {in_mm(self.of.scatter)}"
-        return f"tip at {', '.join(parts)} mm in the flange (95 %); {meet}"
+        seen, where = self.of.robot.calibration, "in the flange (95 %)"
+        if seen is not None and seen.observed.flange.position > self.half.max():
+            known = f"this model's flange, itself uncertain by {in_mm(seen.observed.flange.position)}"
+            where = f"in {known}: use the tip with this file only"
+        return f"tip at {', '.join(parts)} mm {where}; {meet}"
 
     def blocks(self) -> list[Block]:
         return self.of.blocks(self.sentence)
