@@ -179,11 +179,9 @@ class Follower:
         own = Candidate(effect, np.eye(len(effect.names)))
         return replace(self, phrase=phrase, candidate=own, shape=Shape.STEP)
 
-    def as_lag(self, seconds: float) -> "Follower":
+    def as_lag(self, text: str) -> "Follower":
         """The same with the time after the joints' readings at which the arm seems to have been measured."""
-        size, side = f"{1e3 * abs(seconds):.2g} ms", "after" if seconds > 0.0 else "before"
-        phrase = f"{self.phrase}, as if the arm was measured {size} {side} its joints were read"
-        return replace(self, phrase=phrase)
+        return replace(self, phrase=f"{self.phrase}, {text}")
 
     def text(self, beside: Sequence["Follower"]) -> str:
         """It in words, with the joints of all that are of its kind."""
@@ -206,6 +204,7 @@ class DrivenRows:
         self.problem, self.x, self.path, self.data = problem, x, path, problem.data
         self.order = np.argsort(self.data.row, kind="stable")
         self.motion = Motion.of(self.data)
+        self.sign = self.motion.direction if path is None else path.sign
         self.alive = moved_joints(self.motion)
         clock, _ = clock_of(self.data)
         self.clock = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
@@ -380,15 +379,15 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
 
 def _motions(rows: DrivenRows) -> Iterator[Follower]:
     """Motions back and forth act oppositely; without their sizes, only with load or angle."""
-    if rows.motion.direction is None:
+    if rows.sign is None:
         return
-    sign, q = np.nan_to_num(rows.motion.direction), rows.motion.q
+    sign, q = np.nan_to_num(rows.sign), rows.motion.q
     loads = own(rows.chain, range(rows.chain.dof), rows.wrenches) if len(rows.wrenches) else np.zeros(q.shape)
     heavy = rows.varied(loads[:, :, None])
-    if rows.path is not None:
+    if rows.path is not None and (rows.path.course.is_steady or rows.path.course.is_timed):
         moved, ones = driven_names(rows.chain, range(rows.chain.dof)), np.ones((len(sign), 1))
         speed = rows.path.speed[rows.order, :, None]
-        lag = Shape.LAG if rows.path.is_steady else None
+        lag = Shape.LAG if rows.path.course.is_steady else None
         yield rows.follower(Driver.MOTION, SPEED, ones, moved=moved, together=speed, shape=lag)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
         shapes = {" angle": smooth(q[:, j], OTHER_LENGTH)}
@@ -442,8 +441,8 @@ def products(
     if len(rows.wrenches):
         loads = own(rows.chain, range(rows.chain.dof), rows.wrenches)
         factors["the load"] = Driver.LOAD, {j: loads[:, j, None] for j in rows.varied(loads[:, :, None])}
-    if rows.motion.direction is not None:
-        sign = np.nan_to_num(rows.motion.direction)
+    if rows.sign is not None:
+        sign = np.nan_to_num(rows.sign)
         factors["the last motion"] = Driver.MOTION, {j: sign[:, j, None] for j in alive}
     for (what, (driver, of)), j in product(factors.items(), joints):
         for k in {*alive} - {j} if j in of else ():

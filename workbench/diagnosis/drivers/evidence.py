@@ -396,7 +396,8 @@ class DriverEvidence:
                     larger = (*left.model, what_add(left, [step])[step].term)
             if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
                 against = min(before.lead, self._against_play(left, best, tried[best]))
-                lag = best.as_lag(self._delay(best, larger))
+                assert self.path is not None, "who lags has a path"
+                lag = best.as_lag(self.path.course.text(self._delay(best, larger)))
                 found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag))
                 break
             found[best.driver] = replace(before, parts=(*before.parts, shown))

@@ -31,6 +31,7 @@ from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.meaning.usable_rows import usable
 from workbench.identification.problem import LinearisedProblem
+from workbench.identification.rows.course import course
 from workbench.identification.rows.outlying_rows import robust_fit
 
 MIN_PART, MANY = 10, 100
@@ -48,8 +49,11 @@ MIN_IN_TWO, MIN_SHARE = 30, 0.1
 """Minimum number of rows, and their minimum share in either group: fewer are outliers."""
 ROUNDS, ROUNDED = 8, 5e-6
 """Maximum number of refits, so that geometry takes no part of the vector; a distance [m] of rounding."""
-EXPLAINED, CHANCE = 0.5, 1e-3
-"""Share of an error that a scale or a following joint must leave at most, and its chance if there is none."""
+EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
+"""Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
+is none."""
+SMALL = 1e-4
+"""Motion of a joint by which its influence is found [rad or m]."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
 0.5 %), and the smallest spread of the points as a share of the reach."""
@@ -152,26 +156,64 @@ def _predicted(
     return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(rows.residual)]
 
 
+def _by_joints(
+    fit: Fit, motion: Float[np.ndarray, "rows n k"]
+) -> tuple[
+    Float[np.ndarray, " m"], Float[np.ndarray, "m k"], Float[np.ndarray, " k"], Float[np.ndarray, " k"]
+]:
+    """What a geometry leaves of the rows of `thinned`, to first order about its fit, and what k motions of
+    their joints do that no constant imitates; what share of the error each leaves, and its chance."""
+    problem = thinned(fit.problem)
+    residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
+
+    def moved(way: np.ndarray) -> np.ndarray:
+        rows = replace(problem.data, q=problem.data.q + SMALL * way)
+        return problem.again(data=rows).residual(fit.x)[: problem.size] / (2.0 * SMALL)
+
+    joints = np.stack([moved(way) - moved(-way) for way in np.eye(motion.shape[1])], 1)
+    columns = np.einsum("mj,mjk->mk", joints, motion[problem.component_rows])
+    own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
+    left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))
+    gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-12)
+    share = np.sqrt(np.maximum(1.0 - gained / (left @ left + 1e-30), 1e-12))
+    spare = max(len(left) - int(np.linalg.matrix_rank(own, tol=1e-6)) - 1, 1)
+    return left, ways, share, special.fdtrc(1, spare, spare * (share**-2.0 - 1.0))
+
+
 @beside("joints that follow others", "")
 def following(fit: Fit) -> str:
-    """`joint 3 moves along with joint 4, which leaves 9 % of …`, or empty; to first order about the fit."""
-    problem, pairs = thinned(fit.problem), permutations(range(fit.problem.robot.dof), 2)
-    laws = {law.names[0]: law for law in map(JointCoupling, pairs)}
-    wide = problem.again(robot=problem.robot.with_effects(*laws.values()), effects=[*laws])
-    residual, columns = (part[: problem.size] for part in wide.evaluate(wide.at(problem.named(fit.x))))
-    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
-    ratios = np.isin(wide.names, [*laws])
-    own, others = columns[:, ~ratios], columns[:, ratios]
-    left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, others))
-    gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-6)
-    share = np.sqrt(np.maximum(1.0 - gained.max(initial=0.0) / (left @ left + 1e-30), 0.0))
-    spare = len(left) - int(np.linalg.matrix_rank(own, tol=1e-6)) - 1
-    rivals = ways.shape[1] * special.fdtrc(1, max(spare, 1), spare * (share**-2.0 - 1.0))
-    if share > EXPLAINED or rivals > CHANCE:
+    """`joint 3 moves along with joint 4, which leaves 9 % of …`, or empty."""
+    q, pairs = thinned(fit.problem).data.q, [*permutations(range(fit.problem.robot.dof), 2)]
+    _, _, shares, chances = _by_joints(
+        fit, np.stack([np.eye(q.shape[1])[i] * q[:, [j]] for i, j in pairs], 2)
+    )
+    best = int(shares.argmin())
+    if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
         return ""
-    law = laws[wide.names[int(np.flatnonzero(ratios)[gained.argmax()])]]
-    leaves = f"which leaves {100.0 * share:.2g} % of what the geometry does"
-    return f"{law.plain}, {leaves}: find it with 'workbench diagnose'"
+    leaves = f"which leaves {100.0 * shares[best]:.2g} % of what the geometry does"
+    return f"{JointCoupling(pairs[best]).plain}, {leaves}: find it with 'workbench diagnose'"
+
+
+@beside("whether joints and places are of one time", "")
+def lag(fit: Fit, data: Dataset) -> str:
+    """`what the geometry leaves is as if the arm was measured 10 ms after its joints were read …`, or empty;
+    play, which moves each joint by the direction of its speed alone, must leave more."""
+    came, place = course(data), np.argsort(data.row, kind="stable")
+    if not came.is_steady or data.readings is not None:
+        return ""
+    rows = place[np.searchsorted(data.row[place], thinned(fit.problem).data.row)]
+    speed = came.speed[rows][:, :, None]
+    left, ways, (share, *_), (chance, *_) = _by_joints(
+        fit, np.concatenate([speed, np.sign(speed) * np.eye(fit.problem.robot.dof)], axis=2)
+    )
+    played = left - ways[:, 1:] @ np.linalg.lstsq(ways[:, 1:], left, rcond=1e-6)[0]
+    if share > DELAYED or chance > CHANCE or played @ played < share**2 * (left @ left):
+        return ""
+    text = came.text(-float(left @ ways[:, 0]) / float(ways[:, 0] @ ways[:, 0]))
+    done = f"one delay leaves {100.0 * share:.2g} % of it"
+    return (
+        f"what the geometry leaves is {text}; {done}: give joints and places of one time, or measure at rest"
+    )
 
 
 @beside("rows that lie off together", "")
