@@ -18,6 +18,7 @@ from workbench.identification.errors.expected_deviation import with_expected_dev
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.run import IMPLAUSIBLE_LENGTH
 
 MAX_SQUARE_RATIO = 1.1
 """If holding constants makes the mean square this many times larger, they are freed: the rows see what they
@@ -118,7 +119,9 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     if not is_held or _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held
     free = again(holds=False)
-    return free if _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free) else held
+    moved = np.abs(free.x - free.problem.start)[free.problem.geometry].max(initial=0.0)
+    is_better = _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free)
+    return free if is_better and moved < IMPLAUSIBLE_LENGTH else held
 
 
 def _mean_square(fit: Fit) -> float:

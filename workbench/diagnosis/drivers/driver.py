@@ -301,9 +301,10 @@ def _angles(rows: DrivenRows) -> Iterator[Follower]:
         what = f"the {'angle' if turns(rows.chain, j) else 'position'} of {{}}"
         for length in ANGLE_LENGTHS:
             yield rows.follower(Driver.ANGLE, what, smooth(mine, length), joints=(j,), tag=f" {length}")
-        if turns(rows.chain, j):
-            text, wave = f"{what}, in its bearing", smooth(mine, ANGLE_LENGTHS[1])
-            yield rows.follower(Driver.ANGLE, text, wave, joints=(j,), kind=Insertion.TILT)
+        wave, through = smooth(mine, ANGLE_LENGTHS[1]), partial(rows.follower, Driver.ANGLE, joints=(j,))
+        yield through(f"{what}, in its bearing", wave, kind=Insertion.TILT)
+        if not turns(rows.chain, j):  # a way that isn't straight, seen in the frame that carries the arm
+            yield through(f"{what}, in its way", wave, moved=Insertion.DRIFT.frame, kind=Insertion.DRIFT)
     q = rows.motion.q
     for j, k in permutations(range(rows.chain.dof), 2):
         if k in rows.alive:
@@ -386,7 +387,7 @@ def _motions(rows: DrivenRows) -> Iterator[Follower]:
     heavy = rows.varied(loads[:, :, None])
     if rows.path is not None and (rows.path.course.is_steady or rows.path.course.is_timed):
         moved, ones = driven_names(rows.chain, range(rows.chain.dof)), np.ones((len(sign), 1))
-        speed = rows.path.speed[rows.order, :, None]
+        speed = rows.path.course.speed[rows.order, :, None]
         lag = Shape.LAG if rows.path.course.is_steady else None
         yield rows.follower(Driver.MOTION, SPEED, ones, moved=moved, together=speed, shape=lag)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):

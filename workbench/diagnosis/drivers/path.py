@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.data.dataset import Dataset
-from workbench.identification.rows.course import Course, course
+from workbench.identification.rows.course import Course, course, place_of
 
 SLIPS = np.array([0.1, 0.3, 1.0])
 """Ways until joints are wound up, in standard deviations of their positions."""
@@ -22,14 +22,12 @@ class Path:
         moves: By how far each moved from the row before [rad or m].
         sign: The direction of its last motion.
         wound: How far each is wound up, from −1 to 1: a spring that drags a block, which slips after `SLIPS`.
-        speed: How fast each moved in the row, as in `course`.
-        course: That of all rows of the file.
+        course: That of all rows of the file, with the speeds of these.
     """
 
     moves: Float[np.ndarray, "rows n"]
     sign: Float[np.ndarray, "rows n"]
     wound: Float[np.ndarray, "rows n slips"]
-    speed: Float[np.ndarray, "rows n"]
     course: Course
 
 
@@ -37,7 +35,7 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
     """How the joints came to some rows of a file; None where it doesn't tell. All its rows, `whole`, came one
     after the other by their times, or as they stand in the file, if directions agree; without directions, if
     rows follow a motion closely."""
-    came = course(whole)
+    came = course(data, whole)
     if data.direction is None and not came.is_steady:
         return None
     slips = np.multiply.outer(np.maximum(whole.q.std(0), 1e-9), SLIPS)
@@ -47,10 +45,9 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
         wound[row] = now / slips
     moves = np.empty_like(came.steps)
     moves[came.order] = came.steps
-    place = np.argsort(whole.row, kind="stable")
-    mine = place[np.searchsorted(whole.row[place], data.row)]
+    mine = place_of(data, whole)
     way = np.sign(moves[mine])
     sign = way if data.direction is None else np.nan_to_num(data.direction)
     if ((way == sign) | (sign == 0.0) | (way == 0.0)).mean() <= AGREES:
         return None
-    return Path(moves[mine], sign, wound[mine], came.speed[mine], came)
+    return Path(moves[mine], sign, wound[mine], came)

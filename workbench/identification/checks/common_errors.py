@@ -7,6 +7,7 @@ alike: an instrument whose lengths are wrong. A fit is to most of the rows; data
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import permutations
 
@@ -104,20 +105,25 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     return ""
 
 
+def seats(data: Dataset) -> dict[str, np.ndarray]:
+    """The column of the seats that a tip or a ball was put into, if there is one."""
+    return {} if data.contact is None else {"contact": data.contact}
+
+
 @beside("columns that mark bad rows", "")
-def worse_by_column(fit: Fit, data: Dataset) -> str:
+def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) -> str:
     """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty.
 
     Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
     """
-    rows, (worst, found) = fit.problem.data, (WORSE, "")
-    if not rows.unread or rows.readings is not None:
+    problem, (worst, found) = fit.problem.again(data=data), (WORSE, "")
+    if not columns or data.readings is not None or problem.names != fit.problem.names:
         return ""
-    sizes = robust_fit(fit.problem.again().with_deviation(MAX_DEVIATION), fit.x)[1]
-    off, posture = (sizes / np.maximum(np.median(sizes, axis=0), 1e-9)).max(1), repeats(rows)
-    pairs = [(name, value) for name, cells in rows.unread.items() for value in dict.fromkeys(cells.tolist())]
+    sizes = robust_fit(problem.with_deviation(MAX_DEVIATION), fit.x)[1]
+    off, posture = (sizes / np.maximum(np.median(sizes, axis=0), 1e-9)).max(1), repeats(data)
+    pairs = [(name, value) for name, cells in columns.items() for value in dict.fromkeys(cells.tolist())]
     for name, value in pairs:
-        bad, marked = rows.unread[name] == value, data.unread[name] == value
+        bad = marked = columns[name] == value
         once = np.unique(2 * posture + bad, return_index=True)[1]
         size, bad = off[once], bad[once]
         excess = np.sum(size.argsort().argsort()[bad] - (len(bad) - 1) / 2.0)
@@ -128,7 +134,8 @@ def worse_by_column(fit: Fit, data: Dataset) -> str:
             which = ",".join(map(str, data.row[marked]))
             said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Calibrate tab")
             text = f"rows whose '{name}' is {value or 'blank'} ({marked.sum()} of {len(marked)}) are"
-            leave = f"{ratio:.2g} times as far off as the others: if they are bad, leave them out:"
+            why = "is their seat loose? Leave" if columns[name] is data.contact else "if they are bad, leave"
+            leave = f"{ratio:.2g} times as far off as the others: {why} them out:"
             worst, found = ratio, f"{text} {leave} {said} ({data.counted})"
     return found
 
@@ -156,11 +163,7 @@ def _predicted(
     return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(rows.residual)]
 
 
-def _by_joints(
-    fit: Fit, motion: Float[np.ndarray, "rows n k"]
-) -> tuple[
-    Float[np.ndarray, " m"], Float[np.ndarray, "m k"], Float[np.ndarray, " k"], Float[np.ndarray, " k"]
-]:
+def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndarray, ...]:
     """What a geometry leaves of the rows of `thinned`, to first order about its fit, and what k motions of
     their joints do that no constant imitates; what share of the error each leaves, and its chance."""
     problem = thinned(fit.problem)
@@ -184,9 +187,8 @@ def _by_joints(
 def following(fit: Fit) -> str:
     """`joint 3 moves along with joint 4, which leaves 9 % of …`, or empty."""
     q, pairs = thinned(fit.problem).data.q, [*permutations(range(fit.problem.robot.dof), 2)]
-    _, _, shares, chances = _by_joints(
-        fit, np.stack([np.eye(q.shape[1])[i] * q[:, [j]] for i, j in pairs], 2)
-    )
+    motion = np.stack([np.eye(q.shape[1])[i] * q[:, [j]] for i, j in pairs], axis=2)
+    *_, shares, chances = _by_joints(fit, motion)
     best = int(shares.argmin())
     if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
         return ""
@@ -198,22 +200,17 @@ def following(fit: Fit) -> str:
 def lag(fit: Fit, data: Dataset) -> str:
     """`what the geometry leaves is as if the arm was measured 10 ms after its joints were read …`, or empty;
     play, which moves each joint by the direction of its speed alone, must leave more."""
-    came, place = course(data), np.argsort(data.row, kind="stable")
+    came = course(thinned(fit.problem).data, data)
     if not came.is_steady or data.readings is not None:
         return ""
-    rows = place[np.searchsorted(data.row[place], thinned(fit.problem).data.row)]
-    speed = came.speed[rows][:, :, None]
-    left, ways, (share, *_), (chance, *_) = _by_joints(
-        fit, np.concatenate([speed, np.sign(speed) * np.eye(fit.problem.robot.dof)], axis=2)
-    )
+    plays = np.sign(speed := came.speed[:, :, None]) * np.eye(fit.problem.robot.dof)
+    left, ways, (share, *_), (chance, *_) = _by_joints(fit, np.concatenate([speed, plays], axis=2))
     played = left - ways[:, 1:] @ np.linalg.lstsq(ways[:, 1:], left, rcond=1e-6)[0]
     if share > DELAYED or chance > CHANCE or played @ played < share**2 * (left @ left):
         return ""
     text = came.text(-float(left @ ways[:, 0]) / float(ways[:, 0] @ ways[:, 0]))
-    done = f"one delay leaves {100.0 * share:.2g} % of it"
-    return (
-        f"what the geometry leaves is {text}; {done}: give joints and places of one time, or measure at rest"
-    )
+    text += f"; one delay leaves {100.0 * share:.2g} % of it"
+    return f"what the geometry leaves is {text}: give joints and places of one time, or measure at rest"
 
 
 @beside("rows that lie off together", "")

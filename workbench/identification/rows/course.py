@@ -19,8 +19,8 @@ class Course(NamedTuple):
         order: The rows so, session by session.
         steps: By how far joints moved to each of them [rad or m].
         begins: Which of these are the first of a session.
-        speed: How fast they moved in each row of the file, from the rows about it [rad/s or m/s; without
-            times, from row to row].
+        speed: How fast they moved in each of some rows, from those about it [rad/s or m/s; without times,
+            from row to row].
         is_timed: Whether times tell.
         is_steady: Whether rows are near enough to each other for speeds to be so.
     """
@@ -39,8 +39,8 @@ class Course(NamedTuple):
         return f"as if the arm was measured {size} {side} its joints were read"
 
 
-def course(data: Dataset) -> Course:
-    """How joints came to the rows of a file."""
+def course(some: Dataset, data: Dataset) -> Course:
+    """How joints came to the rows of a file, of which some are asked for their speeds."""
     timed = data.time is not None and bool(np.isfinite(data.time).all())
     clock, session = np.asarray(data.time if timed else data.row, float), np.zeros(len(data), int)
     if data.session is not None:
@@ -53,4 +53,11 @@ def course(data: Dataset) -> Course:
     ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
     speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
     is_steady = bool(((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum())
-    return Course(order, steps, begins, speed[np.argsort(order)], timed, is_steady)
+    speed = speed[np.argsort(order)[place_of(some, data)]]
+    return Course(order, steps, begins, speed, timed, is_steady)
+
+
+def place_of(some: Dataset, data: Dataset) -> Int[np.ndarray, " some"]:
+    """Where some rows of a file stand among all."""
+    order = np.argsort(data.row, kind="stable")
+    return order[np.searchsorted(data.row[order], some.row)]
