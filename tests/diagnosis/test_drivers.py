@@ -2,6 +2,7 @@
 
 import re
 import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from arms import make
 from laws import Effect, poses
 from real_arms import load
+from refusals import refuses
 from slow import slow
 
 from workbench import Dataset, Frame, Motion, diagnose, evaluate, identify, load_robot
@@ -19,11 +21,13 @@ from workbench.arm.effects import EFFECTS, Candidate, JointCompliance
 from workbench.arm.effects.axes import own
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.base import se3
+from workbench.base.errors import DataError
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.drivers.driver import Driver, driver_of
 from workbench.diagnosis.drivers.gravity import LoadsByAxis
 from workbench.diagnosis.drivers.path import SLIPS, path_of
 from workbench.diagnosis.drivers.process import smooth, smooth_plane, wandering
+from workbench.diagnosis.payload import refuse_heavy
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.search.evidence import Term, _inertia
 
@@ -98,6 +102,14 @@ def test_places_and_joints_of_different_times_are_told_from_play(late, play, is_
     said = f"as if the arm was measured {size} {'before' if late > 0.0 else 'after'} its joints were read"
     assert (said in found.message, said in " ".join(alone.warnings)) == 2 * (late != 0.0,)
     assert [(c.kind, c.joints) for c in found.causes] == ([("backlash", (2,))] if play else [])
+
+
+def test_a_slide_that_is_not_straight_is_a_driver():
+    """Its rail was bent by 0.4 mm, and the error followed "nothing that was tried"."""
+    case = make("none", 2, "gantry")
+    aside = 4e-4 * np.sin(6.0 * case.data.q[:, :1]) * [0.0, 0.0, 1.0]
+    found = diagnose(case.robot, replace(case.data, position=case.data.position + aside))
+    assert "the position of joint 1, in its way (certain)" in found.message
 
 
 def test_masses_act_through_a_law_and_its_rivals_alike():
@@ -218,6 +230,8 @@ def test_a_payload_that_is_not_what_the_file_says_is_no_size_of_joints(said):
     assert cause.confidence == {"": "certain", "one row late": "cannot tell"}.get(said, "probable")
     told = re.search(f"follows a payload that isn't what the file says: .*{said}", found.message)
     assert bool(found.followed) is bool(told) is bool(said)
+    with refuses(DataError, "1400 kg", "payload[g]") if said else nullcontext():
+        refuse_heavy(robot, replace(data, payload=np.full(len(data), 1400.0 * bool(said))))
 
 
 def test_rows_of_two_arms_are_said_to_part_where_the_second_begins():

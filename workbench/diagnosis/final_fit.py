@@ -108,8 +108,8 @@ def fitted_on_all(
 def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     """The last model fitted to some rows, constants that a rigid arm leaves open held near nominal.
 
-    They are let go where holding them leaves more; whether more than the search left is only why that is
-    tried, as rows that were held out may be worse whether constants are held or not.
+    They are let go where holding them leaves more and none goes farther than those of an arm; whether more
+    than the search left is only why that is tried, as rows that were held out may be worse anyway.
     """
     before = last.stage.fit
     starts = [before.problem.named(before.x)]
@@ -119,7 +119,8 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     if not is_held or _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held
     free = again(holds=False)
-    moved = np.abs(free.x - free.problem.start)[free.problem.geometry].max(initial=0.0)
+    each = zip(free.problem.parameters, free.x.tolist(), strict=True)
+    moved = max((abs(x - p.nominal) for p, x in each if p.is_geometry and p.unit == "m"), default=0.0)
     is_better = _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free)
     return free if is_better and moved < IMPLAUSIBLE_LENGTH else held
 

@@ -179,10 +179,6 @@ class Follower:
         own = Candidate(effect, np.eye(len(effect.names)))
         return replace(self, phrase=phrase, candidate=own, shape=Shape.STEP)
 
-    def as_lag(self, text: str) -> "Follower":
-        """The same with the time after the joints' readings at which the arm seems to have been measured."""
-        return replace(self, phrase=f"{self.phrase}, {text}")
-
     def text(self, beside: Sequence["Follower"]) -> str:
         """It in words, with the joints of all that are of its kind."""
         joints = sorted({j for f in beside if f.phrase == self.phrase for j in f.joints})
@@ -204,7 +200,8 @@ class DrivenRows:
         self.problem, self.x, self.path, self.data = problem, x, path, problem.data
         self.order = np.argsort(self.data.row, kind="stable")
         self.motion = Motion.of(self.data)
-        self.sign = self.motion.direction if path is None else path.sign
+        known = self.motion.direction if path is None else path.sign
+        self.sign = None if known is None else np.nan_to_num(known)
         self.alive = moved_joints(self.motion)
         clock, _ = clock_of(self.data)
         self.clock = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
@@ -382,7 +379,7 @@ def _motions(rows: DrivenRows) -> Iterator[Follower]:
     """Motions back and forth act oppositely; without their sizes, only with load or angle."""
     if rows.sign is None:
         return
-    sign, q = np.nan_to_num(rows.sign), rows.motion.q
+    sign, q = rows.sign, rows.motion.q
     loads = own(rows.chain, range(rows.chain.dof), rows.wrenches) if len(rows.wrenches) else np.zeros(q.shape)
     heavy = rows.varied(loads[:, :, None])
     if rows.path is not None and (rows.path.course.is_steady or rows.path.course.is_timed):
@@ -443,8 +440,7 @@ def products(
         loads = own(rows.chain, range(rows.chain.dof), rows.wrenches)
         factors["the load"] = Driver.LOAD, {j: loads[:, j, None] for j in rows.varied(loads[:, :, None])}
     if rows.sign is not None:
-        sign = np.nan_to_num(rows.sign)
-        factors["the last motion"] = Driver.MOTION, {j: sign[:, j, None] for j in alive}
+        factors["the last motion"] = Driver.MOTION, {j: rows.sign[:, j, None] for j in alive}
     for (what, (driver, of)), j in product(factors.items(), joints):
         for k in {*alive} - {j} if j in of else ():
             both = (of[j][:, :, None] * waves[k][:, None]).reshape(len(q), -1)

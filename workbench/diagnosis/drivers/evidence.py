@@ -397,7 +397,8 @@ class DriverEvidence:
             if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
                 against = min(before.lead, self._against_play(left, best, tried[best]))
                 assert self.path is not None, "who lags has a path"
-                lag = best.as_lag(self.path.course.text(self._delay(best, larger)))
+                text = self.path.course.text(self._delay(best, larger))
+                lag = replace(best, phrase=f"{best.phrase}, {text}")
                 found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag))
                 break
             found[best.driver] = replace(before, parts=(*before.parts, shown))
