@@ -1,6 +1,7 @@
 """What a diagnosis saves, and what it says of held-out rows that no arm explains."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -147,3 +148,19 @@ def test_files_know_all_rows_whatever_happens_to_the_last(is_knocked, tmp_path):
         found.robot.save(path := tmp_path / f"arm.{kind}")
         left = [evaluate(a, now).errors.position.mean() for a in (load_robot(path), alone.robot)]
         assert left[0] < 1.05 * left[1], kind
+
+
+def test_constants_are_freed_only_where_they_stay_plausible(monkeypatch):
+    """The place of a load pulled joint 6 by 207 mm, which the tool took back: a right arm was refused."""
+
+    def fit(moved, left):
+        unknowns = [SimpleNamespace(unit=u, is_geometry=u == "m", nominal=0.0) for u in ("m", "kg")]
+        problem = SimpleNamespace(parameters=unknowns, size=1, count=1, named=tuple)
+        problem.residual = lambda _: np.array([left])
+        return SimpleNamespace(problem=problem, x=np.array([moved, 1.0]))
+
+    for moved in (0.01, 0.2):
+        before, fits = fit(0.0, 0.5), {True: fit(0.0, 1.0), False: fit(moved, 0.5)}
+        monkeypatch.setattr(final_fit, "refit", lambda *_, holds, own=fits, **__: own[holds])
+        last = SimpleNamespace(stage=SimpleNamespace(fit=before), grams=None, model=())
+        assert final_fit._again(last, None, None) is fits[moved > 0.1]

@@ -154,7 +154,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         tried, events = (lambda effect: bool(effect.loads) or isinstance(effect, GravitySag)), ()
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
-    if too_few is None and path is not None and path.is_steady:
+    if too_few is None and path is not None and path.course.is_steady:
         alone = validated([rounds(first, rng, tried=None)])
         if ask("a lag", lambda: alone.drivers is not None and alone.drivers.is_lag, False):
             return alone

@@ -28,13 +28,13 @@ from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_tilt import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
-from workbench.diagnosis.payload import MISSTATED, misstated_payload
+from workbench.diagnosis.payload import MISSTATED, misstated_payload, refuse_heavy
 from workbench.diagnosis.remaining_error import CHANGED, LAGGED, RemainingError
 from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
-from workbench.identification.checks.common_errors import two_places
+from workbench.identification.checks.common_errors import seats, two_places, worse_by_column
 from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.instrument_preparation import preparation_of
@@ -77,6 +77,7 @@ def diagnose(
     robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
     massed, rng = with_assumed_masses(robot), np.random.default_rng(choices.seed)
+    refuse_heavy(massed, data)
     with part_of(0.0, 0.3):
         if isinstance(held := choices.held_out, Dataset):
             choices = replace(choices, held_out=with_directions(held))
@@ -104,9 +105,10 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
     """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats. What a
     payload that isn't the file's leaves is told once it is right."""
     fit, geometric, ready = search.last.stage.fit, search.last.stage.geometric_problem, search.ready
-    rows = np.union1d(ready.train_rows, ready.held_out_rows)
+    rows = ready.data.take(np.union1d(ready.train_rows, ready.held_out_rows))
+    loose = worse_by_column(search.first.fit, rows, seats(rows))
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
-    if drivers is not None:
+    if drivers is not None and not loose:
         followed = ask("the payload", lambda: misstated_payload(drivers, ready.data), ())
         followed = followed or ask("what the rest follows", lambda: drivers.rest, ())
     noise = noises.beyond_stated(fit.problem, fit.x, fit.factor, in_all=True) or geometric.noise
@@ -117,7 +119,8 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
             "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
         ),
         followed=followed,
-        places="" if followed else two_places(fit, ready.data.take(rows)),
+        places=loose or ("" if followed else two_places(fit, rows)),
+        is_loose=bool(loose),
     )
 
 
@@ -125,7 +128,7 @@ def _followed(
     search: CauseSearch, causes: Sequence[Cause], remaining: RemainingError
 ) -> tuple[tuple[FollowedDriver, ...], str]:
     """Drivers that the error follows beside causes that have a law, and what a correction would reduce."""
-    if (drivers := search.drivers) is None:
+    if (drivers := search.drivers) is None or remaining.is_loose:
         return (), ""
     laws = {e.names for c in causes if c.is_law for e in c.effects}
     sure = tuple(t for t in search.last.model if t.candidate.names in laws)

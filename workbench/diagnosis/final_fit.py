@@ -18,6 +18,7 @@ from workbench.identification.errors.expected_deviation import with_expected_dev
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.run import IMPLAUSIBLE_LENGTH
 
 MAX_SQUARE_RATIO = 1.1
 """If holding constants makes the mean square this many times larger, they are freed: the rows see what they
@@ -107,8 +108,8 @@ def fitted_on_all(
 def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     """The last model fitted to some rows, constants that a rigid arm leaves open held near nominal.
 
-    They are let go where holding them leaves more; whether more than the search left is only why that is
-    tried, as rows that were held out may be worse whether constants are held or not.
+    They are let go where holding them leaves more and none goes farther than those of an arm; whether more
+    than the search left is only why that is tried, as rows that were held out may be worse anyway.
     """
     before = last.stage.fit
     starts = [before.problem.named(before.x)]
@@ -118,7 +119,10 @@ def _again(last: Searched, geometric: Problem, data: Dataset) -> Fit:
     if not is_held or _mean_square(held) <= MAX_SQUARE_RATIO * _mean_square(before):
         return held
     free = again(holds=False)
-    return free if _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free) else held
+    each = zip(free.problem.parameters, free.x.tolist(), strict=True)
+    moved = max((abs(x - p.nominal) for p, x in each if p.is_geometry and p.unit == "m"), default=0.0)
+    is_better = _mean_square(held) > MAX_SQUARE_RATIO * _mean_square(free)
+    return free if is_better and moved < IMPLAUSIBLE_LENGTH else held
 
 
 def _mean_square(fit: Fit) -> float:

@@ -22,7 +22,9 @@ import numpy as np
 from workbench.arm.effects.effect import Loads
 from workbench.arm.frame import revised
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
+from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import PROBABLE
 from workbench.diagnosis.drivers.driver import UNSTATED, DrivenRows, Driver, Follower, Shape
@@ -43,6 +45,16 @@ MAX_LEVELS, MAX_NAMED = 12, 3
 MAX_FACTOR = 1.4
 """Factor up to which masses of links, of which only the ratio to the payload shows, may be wrong instead."""
 MISSTATED = "a payload that isn't what the file says"
+MAX_CARRIED = 10.0
+"""Payload that no arm carries, in masses of its own."""
+
+
+def refuse_heavy(arm: Robot, data: Dataset) -> None:
+    """Raise where a payload is that of another unit."""
+    own, most = sum(j.mass or 0.0 for j in arm.joints), np.max(0.0 if data.payload is None else data.payload)
+    if 0.0 < MAX_CARRIED * own < most:
+        text = f"a payload of {most:.5g} kg on an arm of {own:.3g} kg: g? Write its unit, as in payload[g]"
+        raise DataError(f"{data.source}: {text}", column="payload")
 
 
 def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[str, Follower]:

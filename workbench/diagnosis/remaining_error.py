@@ -31,7 +31,8 @@ class RemainingError:
             unknown.
         joint_noise: Noise of joint readings, as far as they show any; None if the readings seem exact.
         followed: Drivers that they follow.
-        places: Two places in which they lie instead; empty without.
+        places: Two places in which they lie instead, or a seat whose rows do; empty without.
+        is_loose: Whether it is a seat, which leaves open what the others follow.
     """
 
     noise: Noise
@@ -39,6 +40,7 @@ class RemainingError:
     joint_noise: Readings | None
     followed: Sequence[FollowedDriver]
     places: str
+    is_loose: bool = False
 
     @property
     def noise_ratio(self) -> float:

@@ -215,17 +215,19 @@ class Identification(AbstractReported, AbstractSplit):
 
     @cached_property
     def common(self) -> tuple[str, ...]:
-        """Which column parts the rows, or else which of them lie off the others together; and, where geometry
-        explains little, that a joint moves along with another."""
+        """Which column parts the rows, or else which of them lie off the others together; that joints and
+        places are of different times, or, where geometry explains little, that a joint follows another."""
         if self.identifiability.is_limited:
             return ()
         fit, used = self.best.fit, np.union1d(self.train_rows, np.r_[self.outlying, self.held_out_rows])
         said = common_errors.parted_by_column(fit, rows := self.data.take(used))
-        said = said or common_errors.worse_by_column(fit, self.data)
+        said = said or common_errors.worse_by_column(fit, rows, {**rows.unread, **common_errors.seats(rows)})
         if fit.arm.effects:
             return (said,)
         is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean
-        return said or common_errors.two_places(fit, rows), "" if is_known else common_errors.following(fit)
+        joints = "" if self.harm else common_errors.lag(fit, self.data)
+        joints = joints or ("" if is_known else common_errors.following(fit))
+        return said or common_errors.two_places(fit, rows), joints
 
     @cached_property
     def scale(self) -> str:

@@ -179,12 +179,6 @@ class Follower:
         own = Candidate(effect, np.eye(len(effect.names)))
         return replace(self, phrase=phrase, candidate=own, shape=Shape.STEP)
 
-    def as_lag(self, seconds: float) -> "Follower":
-        """The same with the time after the joints' readings at which the arm seems to have been measured."""
-        size, side = f"{1e3 * abs(seconds):.2g} ms", "after" if seconds > 0.0 else "before"
-        phrase = f"{self.phrase}, as if the arm was measured {size} {side} its joints were read"
-        return replace(self, phrase=phrase)
-
     def text(self, beside: Sequence["Follower"]) -> str:
         """It in words, with the joints of all that are of its kind."""
         joints = sorted({j for f in beside if f.phrase == self.phrase for j in f.joints})
@@ -206,6 +200,8 @@ class DrivenRows:
         self.problem, self.x, self.path, self.data = problem, x, path, problem.data
         self.order = np.argsort(self.data.row, kind="stable")
         self.motion = Motion.of(self.data)
+        known = self.motion.direction if path is None else path.sign
+        self.sign = None if known is None else np.nan_to_num(known)
         self.alive = moved_joints(self.motion)
         clock, _ = clock_of(self.data)
         self.clock = (clock - clock.min()) / max(float(np.ptp(clock)), 1e-9)
@@ -302,9 +298,10 @@ def _angles(rows: DrivenRows) -> Iterator[Follower]:
         what = f"the {'angle' if turns(rows.chain, j) else 'position'} of {{}}"
         for length in ANGLE_LENGTHS:
             yield rows.follower(Driver.ANGLE, what, smooth(mine, length), joints=(j,), tag=f" {length}")
-        if turns(rows.chain, j):
-            text, wave = f"{what}, in its bearing", smooth(mine, ANGLE_LENGTHS[1])
-            yield rows.follower(Driver.ANGLE, text, wave, joints=(j,), kind=Insertion.TILT)
+        wave, through = smooth(mine, ANGLE_LENGTHS[1]), partial(rows.follower, Driver.ANGLE, joints=(j,))
+        yield through(f"{what}, in its bearing", wave, kind=Insertion.TILT)
+        if not turns(rows.chain, j):  # a way that isn't straight, seen in the frame that carries the arm
+            yield through(f"{what}, in its way", wave, moved=Insertion.DRIFT.frame, kind=Insertion.DRIFT)
     q = rows.motion.q
     for j, k in permutations(range(rows.chain.dof), 2):
         if k in rows.alive:
@@ -380,15 +377,15 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
 
 def _motions(rows: DrivenRows) -> Iterator[Follower]:
     """Motions back and forth act oppositely; without their sizes, only with load or angle."""
-    if rows.motion.direction is None:
+    if rows.sign is None:
         return
-    sign, q = np.nan_to_num(rows.motion.direction), rows.motion.q
+    sign, q = rows.sign, rows.motion.q
     loads = own(rows.chain, range(rows.chain.dof), rows.wrenches) if len(rows.wrenches) else np.zeros(q.shape)
     heavy = rows.varied(loads[:, :, None])
-    if rows.path is not None:
+    if rows.path is not None and (rows.path.course.is_steady or rows.path.course.is_timed):
         moved, ones = driven_names(rows.chain, range(rows.chain.dof)), np.ones((len(sign), 1))
-        speed = rows.path.speed[rows.order, :, None]
-        lag = Shape.LAG if rows.path.is_steady else None
+        speed = rows.path.course.speed[rows.order, :, None]
+        lag = Shape.LAG if rows.path.course.is_steady else None
         yield rows.follower(Driver.MOTION, SPEED, ones, moved=moved, together=speed, shape=lag)
     for j in (j for j in rows.alive if np.ptp(sign[:, j]) > 0.0):
         shapes = {" angle": smooth(q[:, j], OTHER_LENGTH)}
@@ -442,9 +439,8 @@ def products(
     if len(rows.wrenches):
         loads = own(rows.chain, range(rows.chain.dof), rows.wrenches)
         factors["the load"] = Driver.LOAD, {j: loads[:, j, None] for j in rows.varied(loads[:, :, None])}
-    if rows.motion.direction is not None:
-        sign = np.nan_to_num(rows.motion.direction)
-        factors["the last motion"] = Driver.MOTION, {j: sign[:, j, None] for j in alive}
+    if rows.sign is not None:
+        factors["the last motion"] = Driver.MOTION, {j: rows.sign[:, j, None] for j in alive}
     for (what, (driver, of)), j in product(factors.items(), joints):
         for k in {*alive} - {j} if j in of else ():
             both = (of[j][:, :, None] * waves[k][:, None]).reshape(len(q), -1)

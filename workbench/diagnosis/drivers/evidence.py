@@ -394,9 +394,10 @@ class DriverEvidence:
                     grams = compressed(self.searched, self.problem, left.model, (*self.followers, step))
                     shown, left = step, left_of(grams, left.model)
                     larger = (*left.model, what_add(left, [step])[step].term)
-            if best.shape is Shape.LAG:  # what its linear model leaves is told once the times agree
+            if best.shape is Shape.LAG and self.path:  # what its linear model leaves is told later
                 against = min(before.lead, self._against_play(left, best, tried[best]))
-                lag = best.as_lag(self._delay(best, larger))
+                text = self.path.course.text(self._delay(best, larger))
+                lag = replace(best, phrase=f"{best.phrase}, {text}")
                 found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag))
                 break
             found[best.driver] = replace(before, parts=(*before.parts, shown))

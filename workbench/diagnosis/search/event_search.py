@@ -142,7 +142,7 @@ def changeable(problem: Problem) -> tuple[Changeable, ...]:
     """The frame, the tool and every joint's zero, as far as they are observable in the rows."""
     tool = visible_parts(problem.data, problem.known)[1]
     several = any(b.observation.is_tool_free and len(b.observation.unknowns) > 3 for b in problem.blocks)
-    events: list[AbstractStep] = [FrameStep(row=NEVER_ROW)]
+    events: list[AbstractStep] = [FrameStep(row=NEVER_ROW)] * _places_frame(problem)
     if tool or several:  # markers' common motion is a tool step
         events.append(ToolStep(row=NEVER_ROW, turns=several or len(tool) > 3))
     events += [ZeroStep((j,), row=NEVER_ROW) for j in range(problem.robot.dof)]
@@ -152,6 +152,15 @@ def changeable(problem: Problem) -> tuple[Changeable, ...]:
         mine = slice(start, start := start + len(event.names))
         out.append(Changeable(event, mine, known.get(type(event), False)))
     return tuple(out)
+
+
+def _places_frame(problem: Problem) -> bool:
+    """Whether rows tell a step of the frame from contacts that moved: these were touched before and after."""
+    if problem.sees_base or (labels := problem.data.contact) is None:
+        return True
+    mine = (clock_of(problem.data)[0][labels == label] for label in np.unique(labels))
+    first, last = np.array([(each.min(), each.max()) for each in mine]).T
+    return bool(max(((first < moment) & (moment <= last)).sum() for moment in last) >= MIN_SIDE)
 
 
 def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Changeable]) -> list[Candidate]:

@@ -7,6 +7,7 @@ alike: an instrument whose lengths are wrong. A fit is to most of the rows; data
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import permutations
 
@@ -31,6 +32,7 @@ from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.meaning.usable_rows import usable
 from workbench.identification.problem import LinearisedProblem
+from workbench.identification.rows.course import course
 from workbench.identification.rows.outlying_rows import robust_fit
 
 MIN_PART, MANY = 10, 100
@@ -48,8 +50,11 @@ MIN_IN_TWO, MIN_SHARE = 30, 0.1
 """Minimum number of rows, and their minimum share in either group: fewer are outliers."""
 ROUNDS, ROUNDED = 8, 5e-6
 """Maximum number of refits, so that geometry takes no part of the vector; a distance [m] of rounding."""
-EXPLAINED, CHANCE = 0.5, 1e-3
-"""Share of an error that a scale or a following joint must leave at most, and its chance if there is none."""
+EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
+"""Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
+is none."""
+SMALL = 1e-4
+"""Motion of a joint by which its influence is found [rad or m]."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
 0.5 %), and the smallest spread of the points as a share of the reach."""
@@ -100,20 +105,25 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     return ""
 
 
+def seats(data: Dataset) -> dict[str, np.ndarray]:
+    """The column of the seats that a tip or a ball was put into, if there is one."""
+    return {} if data.contact is None else {"contact": data.contact}
+
+
 @beside("columns that mark bad rows", "")
-def worse_by_column(fit: Fit, data: Dataset) -> str:
+def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) -> str:
     """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty.
 
     Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
     """
-    rows, (worst, found) = fit.problem.data, (WORSE, "")
-    if not rows.unread or rows.readings is not None:
+    problem, (worst, found) = fit.problem.again(data=data), (WORSE, "")
+    if not columns or data.readings is not None or problem.names != fit.problem.names:
         return ""
-    sizes = robust_fit(fit.problem.again().with_deviation(MAX_DEVIATION), fit.x)[1]
-    off, posture = (sizes / np.maximum(np.median(sizes, axis=0), 1e-9)).max(1), repeats(rows)
-    pairs = [(name, value) for name, cells in rows.unread.items() for value in dict.fromkeys(cells.tolist())]
+    sizes = robust_fit(problem.with_deviation(MAX_DEVIATION), fit.x)[1]
+    off, posture = (sizes / np.maximum(np.median(sizes, axis=0), 1e-9)).max(1), repeats(data)
+    pairs = [(name, value) for name, cells in columns.items() for value in dict.fromkeys(cells.tolist())]
     for name, value in pairs:
-        bad, marked = rows.unread[name] == value, data.unread[name] == value
+        bad = marked = columns[name] == value
         once = np.unique(2 * posture + bad, return_index=True)[1]
         size, bad = off[once], bad[once]
         excess = np.sum(size.argsort().argsort()[bad] - (len(bad) - 1) / 2.0)
@@ -124,7 +134,8 @@ def worse_by_column(fit: Fit, data: Dataset) -> str:
             which = ",".join(map(str, data.row[marked]))
             said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Calibrate tab")
             text = f"rows whose '{name}' is {value or 'blank'} ({marked.sum()} of {len(marked)}) are"
-            leave = f"{ratio:.2g} times as far off as the others: if they are bad, leave them out:"
+            why = "is their seat loose? Leave" if columns[name] is data.contact else "if they are bad, leave"
+            leave = f"{ratio:.2g} times as far off as the others: {why} them out:"
             worst, found = ratio, f"{text} {leave} {said} ({data.counted})"
     return found
 
@@ -152,26 +163,54 @@ def _predicted(
     return (left / np.maximum(1.0 - (basis**2).sum(1), 1e-3))[: len(rows.residual)]
 
 
+def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndarray, ...]:
+    """What a geometry leaves of the rows of `thinned`, to first order about its fit, and what k motions of
+    their joints do that no constant imitates; what share of the error each leaves, and its chance."""
+    problem = thinned(fit.problem)
+    residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
+
+    def moved(way: np.ndarray) -> np.ndarray:
+        rows = replace(problem.data, q=problem.data.q + SMALL * way)
+        return problem.again(data=rows).residual(fit.x)[: problem.size] / (2.0 * SMALL)
+
+    joints = np.stack([moved(way) - moved(-way) for way in np.eye(motion.shape[1])], 1)
+    columns = np.einsum("mj,mjk->mk", joints, motion[problem.component_rows])
+    own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
+    left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))
+    gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-12)
+    share = np.sqrt(np.maximum(1.0 - gained / (left @ left + 1e-30), 1e-12))
+    spare = max(len(left) - int(np.linalg.matrix_rank(own, tol=1e-6)) - 1, 1)
+    return left, ways, share, special.fdtrc(1, spare, spare * (share**-2.0 - 1.0))
+
+
 @beside("joints that follow others", "")
 def following(fit: Fit) -> str:
-    """`joint 3 moves along with joint 4, which leaves 9 % of …`, or empty; to first order about the fit."""
-    problem, pairs = thinned(fit.problem), permutations(range(fit.problem.robot.dof), 2)
-    laws = {law.names[0]: law for law in map(JointCoupling, pairs)}
-    wide = problem.again(robot=problem.robot.with_effects(*laws.values()), effects=[*laws])
-    residual, columns = (part[: problem.size] for part in wide.evaluate(wide.at(problem.named(fit.x))))
-    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
-    ratios = np.isin(wide.names, [*laws])
-    own, others = columns[:, ~ratios], columns[:, ratios]
-    left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, others))
-    gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-6)
-    share = np.sqrt(np.maximum(1.0 - gained.max(initial=0.0) / (left @ left + 1e-30), 0.0))
-    spare = len(left) - int(np.linalg.matrix_rank(own, tol=1e-6)) - 1
-    rivals = ways.shape[1] * special.fdtrc(1, max(spare, 1), spare * (share**-2.0 - 1.0))
-    if share > EXPLAINED or rivals > CHANCE:
+    """`joint 3 moves along with joint 4, which leaves 9 % of …`, or empty."""
+    q, pairs = thinned(fit.problem).data.q, [*permutations(range(fit.problem.robot.dof), 2)]
+    motion = np.stack([np.eye(q.shape[1])[i] * q[:, [j]] for i, j in pairs], axis=2)
+    *_, shares, chances = _by_joints(fit, motion)
+    best = int(shares.argmin())
+    if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
         return ""
-    law = laws[wide.names[int(np.flatnonzero(ratios)[gained.argmax()])]]
-    leaves = f"which leaves {100.0 * share:.2g} % of what the geometry does"
-    return f"{law.plain}, {leaves}: find it with 'workbench diagnose'"
+    leaves = f"which leaves {100.0 * shares[best]:.2g} % of what the geometry does"
+    return f"{JointCoupling(pairs[best]).plain}, {leaves}: find it with 'workbench diagnose'"
+
+
+@beside("whether joints and places are of one time", "")
+def lag(fit: Fit, data: Dataset) -> str:
+    """`what the geometry leaves is as if the arm was measured 10 ms after its joints were read …`, or empty;
+    play, which moves each joint by the direction of its speed alone, must leave more."""
+    came = course(thinned(fit.problem).data, data)
+    if not came.is_steady or data.readings is not None:
+        return ""
+    plays = np.sign(speed := came.speed[:, :, None]) * np.eye(fit.problem.robot.dof)
+    left, ways, (share, *_), (chance, *_) = _by_joints(fit, np.concatenate([speed, plays], axis=2))
+    played = left - ways[:, 1:] @ np.linalg.lstsq(ways[:, 1:], left, rcond=1e-6)[0]
+    if share > DELAYED or chance > CHANCE or played @ played < share**2 * (left @ left):
+        return ""
+    text = came.text(-float(left @ ways[:, 0]) / float(ways[:, 0] @ ways[:, 0]))
+    text += f"; one delay leaves {100.0 * share:.2g} % of it"
+    return f"what the geometry leaves is {text}: give joints and places of one time, or measure at rest"
 
 
 @beside("rows that lie off together", "")

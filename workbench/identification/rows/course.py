@@ -1,0 +1,63 @@
+"""How joints came to the rows of a file, and how fast, where rows follow a motion closely."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.data.dataset import Dataset
+
+STEADY = 0.3
+"""Distance of a row from the straight way between its neighbours, as a share of a step, up to which rows show
+how fast joints moved."""
+
+
+class Course(NamedTuple):
+    """How joints came to the rows of a file: one after the other by their times, or as they stand in it.
+
+    Args:
+        order: The rows so, session by session.
+        steps: By how far joints moved to each of them [rad or m].
+        begins: Which of these are the first of a session.
+        speed: How fast they moved in each of some rows, from those about it [rad/s or m/s; without times,
+            from row to row].
+        is_timed: Whether times tell.
+        is_steady: Whether rows are near enough to each other for speeds to be so.
+    """
+
+    order: Int[np.ndarray, " rows"]
+    steps: Float[np.ndarray, "rows n"]
+    begins: Bool[np.ndarray, " rows"]
+    speed: Float[np.ndarray, "rows n"]
+    is_timed: bool
+    is_steady: bool
+
+    def text(self, delay: float) -> str:
+        """That the arm was measured by so much after its joints were read [s, or rows]."""
+        size = f"{1e3 * abs(delay):.2g} ms" if self.is_timed else f"{abs(delay):.2g} of the time between rows"
+        side = "after" if delay > 0.0 else "before"
+        return f"as if the arm was measured {size} {side} its joints were read"
+
+
+def course(some: Dataset, data: Dataset) -> Course:
+    """How joints came to the rows of a file, of which some are asked for their speeds."""
+    timed = data.time is not None and bool(np.isfinite(data.time).all())
+    clock, session = np.asarray(data.time if timed else data.row, float), np.zeros(len(data), int)
+    if data.session is not None:
+        session = np.unique(data.session, return_inverse=True)[1]
+    order = np.lexsort((clock, session))
+    steps = np.diff(data.q[order], axis=0, prepend=data.q[order[:1]])
+    begins = np.diff(session[order], prepend=-1) != 0
+    gaps = np.diff(clock[order], prepend=0.0)[:, None]
+    steps[begins] = gaps[begins] = 0.0
+    ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
+    speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
+    is_steady = bool(((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum())
+    speed = speed[np.argsort(order)[place_of(some, data)]]
+    return Course(order, steps, begins, speed, timed, is_steady)
+
+
+def place_of(some: Dataset, data: Dataset) -> Int[np.ndarray, " some"]:
+    """Where some rows of a file stand among all."""
+    order = np.argsort(data.row, kind="stable")
+    return order[np.searchsorted(data.row[order], some.row)]
