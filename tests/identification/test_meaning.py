@@ -154,7 +154,7 @@ def test_rows_shifted_by_one_against_the_joints_are_told():
     assert mentions(arm_match(robot, part).text, "those after them don't", "joints of the row after")
     later = replace(data, q=np.where(np.arange(len(data))[:, None] >= 25, np.radians(data.q), data.q))
     assert mentions(arm_match(robot, later).text, "those after them don't: with joints 1–6 in rad", "unit")
-    wrist = replace(data, q=np.where(np.arange(6) % 5 < 3, data.q, np.radians(data.q)))  # joint 6 tells little
+    wrist = replace(data, q=np.where(np.arange(6) % 5 < 3, data.q, np.radians(data.q)))
     assert mentions(arm_match(robot, wrist).text, "with joints 4, 5 in rad, not degrees, they fit")
 
 
