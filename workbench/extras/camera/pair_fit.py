@@ -6,6 +6,7 @@ so much in one file of a hundred: a pair by itself (it is wrong), camera or targ
 moved, which ends that), or one factor of all positions of the target (it has another size).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,10 +14,11 @@ from jaxtyping import Float, Int
 from scipy import special
 
 from workbench.base import se3
-from workbench.extras.camera.resection import placed
+from workbench.extras.camera.resection import misfit, placed, suiting
 
-CHANCE, MAX_SHARE = 0.01, 0.25
-"""Probability of setting a good pair apart in a file without bad ones; share of the pairs that may be."""
+CHANCE, MAX_SHARE, MAX_WRONG, CLEARLY = 0.01, 0.25, 0.6, 3.0
+"""Probability of setting a good pair apart in a file without bad ones; share of the pairs that may be one by
+one, and at once; how many times better pairs fit what they contradict else."""
 MAX_ROUNDS = 50
 EQUAL, MIN_SIZE = 2.0, 0.05
 """Numbers that speak for positions as uncertain as angles times the hand's way; minimum of that way [m]."""
@@ -107,17 +109,36 @@ class PairFit:
 
 
 def fit_pairs(a: Poses, b: Poses) -> PairFit:
-    """X and Z of A X B = Z; what contradicts them is let go."""
+    """X and Z of A X B = Z; what contradicts them is let go.
+
+    Where too many pairs are wrong to be let go one by one, those that belong together judge the others.
+    """
     hand, open_pose = se3.inverse(a), np.full((4, 4), np.nan)
-    x, z = placed(hand, b, eye=open_pose, board=open_pose)
+    x, z = frames = placed(hand, b, eye=open_pose, board=open_pose)
     turn = np.linalg.norm(se3.pose_error(b, se3.inverse(x) @ hand @ z)[:, 3:], axis=1)
-    apart, is_scaled = tuple(np.flatnonzero(turn > FLIPPED).tolist()), False
-    fit = _refined(a, b, np.array([x, z]), apart)
+    fit = _let_go(a, b, _refined(a, b, frames, np.flatnonzero(turn > FLIPPED)))
+    apart = np.setdiff1d(np.arange(len(a)), suiting(misfit(hand, b, x, z))[1])
+    if fit.moved is not None or not 0 < len(apart) <= MAX_WRONG * len(a):
+        return fit
+    for _ in range(MAX_ROUNDS):
+        most = _refined(a, b, frames, apart)
+        sizes = 3.0 * ((most.errors / np.maximum(most.rms, EXACT)) ** 2).sum(1)
+        before, apart = apart, np.flatnonzero(sizes > special.chdtri(6, CHANCE / len(a)))
+        if np.array_equal(before, apart) or len(apart) > MAX_WRONG * len(a):
+            break
+    return _let_go(a, b, most) if (CLEARLY * most.rms < fit.rms).any() else fit
+
+
+def _let_go(a: Poses, b: Poses, fit: PairFit) -> PairFit:
+    """The fit without what contradicts it, one by one; that camera or target was moved ends it."""
     while (change := fit.change) is not None:
         what, k, step = change
         if what in FRAMES:
             return replace(fit, moved=(what, np.linalg.norm(step.reshape(2, 3), axis=1), int(fit.kept[k])))
-        apart, is_scaled = (*apart, int(fit.kept[k])) if what == "pair" else apart, fit.spread[12] > 0.0
+        apart, is_scaled = (
+            (*fit.apart, int(fit.kept[k])) if what == "pair" else fit.apart,
+            fit.spread[12] > 0.0,
+        )
         fit = _refined(a, b, fit.frames, apart, fit.scale, is_scaled or what == "scale")
     return fit
 
@@ -125,13 +146,13 @@ def fit_pairs(a: Poses, b: Poses) -> PairFit:
 def _refined(
     a: Poses,
     b: Poses,
-    frames: np.ndarray,
-    apart: tuple[int, ...],
+    frames: Sequence[np.ndarray] | np.ndarray,
+    apart: Sequence[int] | np.ndarray,
     scale: float = 1.0,
     is_scaled: bool = False,
 ) -> PairFit:
     """Camera and target, and the scale where it is free, by Gauss–Newton."""
-    kept, (x, z), before = np.delete(np.arange(len(a)), apart), frames, np.zeros(2)
+    kept, (x, z), before = np.delete(np.arange(len(a)), np.array(apart, int)), frames, np.zeros(2)
     size = np.array([max(float(np.ptp(a[kept, :3, 3], axis=0).max()), MIN_SIZE), 1.0])
     hand, spare, free = se3.inverse(a), 3 * len(kept) - 6, 12 + is_scaled
     step, spread = np.zeros(13), np.zeros(13)
@@ -160,4 +181,4 @@ def _refined(
     spread[:free] = np.sqrt(((vt / np.maximum(s, 1e-9 * s[0])[:, None]) ** 2).sum(0))
     errors, basis = np.linalg.norm(every.reshape(-1, 2, 3), axis=2), u[:, :rank]
     fitted = {"left": left, "columns": columns, "basis": basis, "spread": spread, "errors": errors}
-    return PairFit(frames=np.array([x, z]), scale=scale, apart=apart, **fitted)
+    return PairFit(frames=np.array([x, z]), scale=scale, apart=tuple(map(int, apart)), **fitted)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.hand_eye import base_and_tool
+from workbench.base.hand_eye import base_and_tool, turned
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS, Orientation
 
@@ -118,8 +118,11 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
         return [(np.asarray(data.rotation), "") for data in (a, b)]
     places = (np.asarray(data.position) for data in few)
     poses = [[se3.pose(t, at) for _, t in own] for at, own in zip(places, ways, strict=True)]
-    turned, others = (_between(np.array([t for _, t in own])) for own in ways)
-    rows = np.array([np.median(np.abs(others - each), axis=2) for each in turned])
+    lone = ~np.eye(len(few[0]), dtype=bool)
+    of_a, of_b = (
+        turned(np.array([t for _, t in own]))[:, lone].reshape(len(own), len(lone), -1) for own in ways
+    )
+    rows = np.array([np.median(np.abs(of_b - each), axis=2) for each in of_a])
     off, cost = np.median(rows, axis=2), np.add.outer(*([c.cost for c, _ in own] for own in ways))
     good = np.argwhere(off < min(SMALL, CLEAR * off.min() + ROUNDING))
     tried = sorted(map(tuple, good.tolist()), key=cost.__getitem__)[:TRIED]
@@ -130,13 +133,6 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
     apart = f"as declared: read otherwise, the sides turn apart, too, by {np.rad2deg(off.min()):.2g}° at best"
     how = [f"{c.text}, as the pairs tell" if k else "" for c, k in zip(told, best, strict=True)]
     return [(c.rotations(d), h if tried else apart) for c, d, h in zip(told, (a, b), how, strict=True)]
-
-
-def _between(turns: Float[np.ndarray, "ways rows 3 3"]) -> Float[np.ndarray, "ways rows others"]:
-    """Angles by which each row is turned from the others [rad]."""
-    cosine = (np.einsum("wiab,wjab->wij", turns, turns) - 1.0) / 2.0
-    others = cosine[:, ~np.eye(turns.shape[1], dtype=bool)].reshape(*turns.shape[:2], -1)
-    return np.arccos(np.clip(others, -1.0, 1.0))
 
 
 def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:
