@@ -39,12 +39,6 @@ def _offset(arm: np.ndarray, measured: np.ndarray, x: np.ndarray) -> Float[np.nd
     return (inverse @ right.reshape(*lead, -1, 1))[..., :3, 0]
 
 
-def turned(rotations: Float[np.ndarray, "*lead rows 3 3"]) -> Float[np.ndarray, "*lead rows rows"]:
-    """Angles from each row to each [rad]: those of poses A X B = Z are the same for A and B."""
-    cosine = (np.einsum("...iab,...jab->...ij", rotations, rotations) - 1.0) / 2.0
-    return np.arccos(np.clip(cosine, -1.0, 1.0))
-
-
 def nearest_rotation(matrix: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray, "*lead 3 3"]:
     """The rotation matrix that is nearest in the Frobenius norm."""
     u, _, vt = np.linalg.svd(matrix)

@@ -24,12 +24,13 @@ from scipy import special
 
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.hand_eye import base_and_tool, mean_base, turned
+from workbench.base.hand_eye import base_and_tool, mean_base
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
 from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget, is_plane
+from workbench.identification.meaning.conventions import turned
 
 FAR_OFF = 50.0
 """Corners farther off than this [px] count alike when a pose is chosen."""

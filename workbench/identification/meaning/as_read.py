@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +32,14 @@ FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
 
 
+class AsRead(NamedTuple):
+    """An arm and rows as they were understood, and that these are of another built-in arm; empty if not."""
+
+    robot: Robot
+    data: Dataset
+    rival: str = ""
+
+
 def as_read(
     robot: Robot,
     data: Dataset,
@@ -38,8 +47,8 @@ def as_read(
     *,
     exclude: Mapping[int, str] | None = None,
     keeps_arm: bool = False,
-    notes_rival: bool = False,
-) -> tuple[Robot, Dataset]:
+    takes_rival: bool = False,
+) -> AsRead:
     """An arm and its rows in the reading that is clearly theirs, with a note on it.
 
     Units and conventions that a heading leaves open are applied. Signs, zeros, couplings, order, and
@@ -50,7 +59,7 @@ def as_read(
         how: What is accepted, as of `FitChoices.reading`.
         exclude: Numbers of rows that are kept out, with the reason.
         keeps_arm: Whether the rows are changed in any case.
-        notes_rival: Whether rows of another built-in arm are noted and taken, as where nothing is fitted.
+        takes_rival: Whether rows of another built-in arm are taken, as where nothing is fitted.
 
     Raises:
         DataError: another reading is clearly better and `how` doesn't accept it, or the rows are of no such
@@ -59,9 +68,9 @@ def as_read(
     """
     data = without(data, exclude or {})
     if how == "given" or data.readings is not None:
-        return robot, data.said
-    arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
-    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows)))
+        return AsRead(robot, data.said)
+    arm, rows, rival = _as_read(robot, data, how, keeps_arm, takes_rival)
+    return AsRead(arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows))), rival)
 
 
 _meaning = lru_cache(maxsize=2)(read_rows)
@@ -79,39 +88,37 @@ def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]
     return understood(robot, _with_notes(kept, f"{plural(len(lost), 'row')} left out: {meaning.told}"))
 
 
-def _as_read(
-    robot: Robot, data: Dataset, how: str, keeps_arm: bool, notes_rival: bool
-) -> tuple[Robot, Dataset]:
+def _as_read(robot: Robot, data: Dataset, how: str, keeps_arm: bool, takes_rival: bool) -> AsRead:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
-        return _as_read(robot, with_units(robot, data), how, keeps_arm, notes_rival)
+        return _as_read(robot, with_units(robot, data), how, keeps_arm, takes_rival)
     if how not in {"auto", "found"} and not (meaning is not None and meaning.is_misread):
         known = "'auto', 'found' or 'given', as these rows mean one thing"
         raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
     if meaning is None and data.position is not None and data.session is not None:
         few = f"no session has {MIN_ROWS} rows with a position: what they mean was not checked"
-        return robot, _with_notes(data, few)
+        return AsRead(robot, _with_notes(data, few))
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
-        return robot, data
+        return AsRead(robot, data)
     if meaning.is_misread:
         sentence = f"{meaning.text(bare=bool(robot.effects))}; {meaning.remedy}"
-        if meaning.best.other and notes_rival:
-            return robot, _with_notes(data, sentence.rpartition(", or ")[0])
+        if meaning.best.other and takes_rival:
+            return AsRead(robot, data, sentence.rpartition(", or ")[0])
         if meaning.best.other or (accepted := meaning.accepted(how)) is None:
             raise DataError(f"{data.source}: {sentence}")
         arm = None if keeps_arm else accepted.on(robot)
         sentence = replace(meaning, best=accepted).text(bare=bool(robot.effects))
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
-        return arm or robot, _read_as(accepted.apply(data, joints=arm is None), note)
+        return AsRead(arm or robot, _read_as(accepted.apply(data, joints=arm is None), note))
     if data.joints != robot.dof:
-        return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, notes_rival)
+        return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, takes_rival)
     data, given = as_told(data, meaning), meaning.given
     if given is None or meaning.is_far:
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
         raise DataError(f"{data.source}: {meaning.text()}; {meaning.remedy}{unread}")
     if not meaning.is_found:
-        return robot, _with_notes(data, meaning.text(), *filter(None, [meaning.cure]))
-    return robot, _with_notes(data, *_unconfirmed(data))
+        return AsRead(robot, _with_notes(data, meaning.text(), *filter(None, [meaning.cure])))
+    return AsRead(robot, _with_notes(data, *_unconfirmed(data)))
 
 
 def with_own_columns(robot: Robot, data: Dataset) -> Dataset:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.hand_eye import base_and_tool, turned
+from workbench.base.hand_eye import base_and_tool
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS, Orientation
 
@@ -133,6 +133,12 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
     apart = f"as declared: read otherwise, the sides turn apart, too, by {np.rad2deg(off.min()):.2g}° at best"
     how = [f"{c.text}, as the pairs tell" if k else "" for c, k in zip(told, best, strict=True)]
     return [(c.rotations(d), h if tried else apart) for c, d, h in zip(told, (a, b), how, strict=True)]
+
+
+def turned(rotations: Float[np.ndarray, "*lead rows 3 3"]) -> Float[np.ndarray, "*lead rows rows"]:
+    """Angles from each row to each [rad]: those of poses A X B = Z are the same for A and B."""
+    cosine = (np.einsum("...iab,...jab->...ij", rotations, rotations) - 1.0) / 2.0
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
 def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:
