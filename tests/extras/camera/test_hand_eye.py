@@ -524,6 +524,9 @@ def test_a_hand_that_turned_about_one_axis_is_told_another(axes, about):
     found = handeye(pairs(axes=axes))
     assert "turn the hand more about its " in found.doubt
     assert found.doubt.split("about its ")[1][0] in about
+    assert handeye(pairs(axes=(0.0, 0.0, 0.0))).doubt.startswith(
+        "the camera's place is open: the hand kept one"
+    )
     assert np.abs(found.camera.xyz - X[:3, 3]).max() < found.half[0, :3].max()
 
 

@@ -26,19 +26,9 @@ from workbench.base.hand_eye import nearest_rotation
 from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units, repeats_text
+from workbench.extras.camera import pair_fit
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.pair_fit import (
-    CHANCE,
-    CLEARLY,
-    FLIPPED,
-    MAX_SHARE,
-    MIN_BOTH,
-    MIN_PART,
-    MIN_SIZE,
-    PairFit,
-    Poses,
-    fit_pairs,
-)
+from workbench.extras.camera.pair_fit import CLEARLY, FLIPPED, PairFit, Poses, fit_pairs
 from workbench.extras.camera.pose_pairs import WANTED, read_pairs
 from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
@@ -56,8 +46,9 @@ MAX_LISTED = 10
 """Pairs that are named one by one."""
 MAX_SCALE = 0.01
 """Deviation from 1 of the target's scale that may be corrected by it."""
-LITTLE = np.deg2rad(10.0)
-"""A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open."""
+LITTLE, STILL = np.deg2rad((10.0, 1.0))
+"""A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open; one
+that turned by less about all, altogether."""
 FRAMES = {Mount.TOOL: ("hand", "base"), Mount.WORLD: ("base", "hand")}
 """What the camera's pose is in, and the target's."""
 YAML = """parameters:
@@ -183,7 +174,7 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
             notes.remove(in_mm)
             poses[:, :3, 3] *= 1e3
             fits, part, shift = _paired(robot, target)
-    size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
+    size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), pair_fit.MIN_SIZE)
     score = {m: float(fit.rms @ (1.0 / size, 1.0)) / fit.spare for m, fit in fits.items()}
     best = min(score, key=score.__getitem__)
     wanted = mounted or best
@@ -199,7 +190,7 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
         notes.append(_inverse(fits[best], best, mounted is None))
     fit, row = fits[best], (first + 1 if rows is None else rows[first])[part]
     doubt = shift or _doubt(fit, robot, target, row)
-    chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - CHANCE)) * score[best]
+    chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - pair_fit.CHANCE)) * score[best]
     if max(score.values()) < chance:
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
         notes += [f"{both}: it is {ON[wanted]} as given"] * (mounted is not None)
@@ -262,7 +253,9 @@ def _paired(robot: Poses, target: Poses) -> tuple[dict[Mount, PairFit], slice, s
     target's poses have a pair, and that it is the next one's."""
     given, before, after = _fits(robot, target), slice(1, None), slice(None, -1)
     best, ends = min(given.values(), key=_lost), {"before": (after, before), "after": (before, after)}
-    for where, (own, part) in ends.items() if _lost(best) > MAX_SHARE and len(robot) > MIN_BOTH else ():
+    for where, (own, part) in (
+        ends.items() if _lost(best) > pair_fit.MAX_SHARE and len(robot) > pair_fit.MIN_BOTH else ()
+    ):
         fits = _fits(robot[own], target[part])
         moved = min(fits.values(), key=_lost)
         if CLEARLY * _lost(moved) < _lost(best):
@@ -293,18 +286,24 @@ def _doubt(fit: PairFit, robot: Poses, target: Poses, row: Int[np.ndarray, " row
         between = f"between pairs {row[fit.kept[fit.kept < pair][-1]]} and {row[pair]}"
         return f"the {what} moved by {_error(by)} {between}: give those before or after alone"
     if abs(fit.scale - 1.0) > MAX_SCALE and fit.rms[1] <= MAX_LEFT[1] and fit.scale > fit.half[12]:
-        return f"{_scale(fit)}: correct the target's size, the focal length or the unit"
+        size = f"{_scale(fit)}: correct the target's size, the focal length or the unit"
+        return "; ".join(filter(None, [_open(fit, robot), size]))
     if (fit.rms > MAX_LEFT).any():
         differ = f"the pairs differ by {_error(fit.rms)}, whatever carries the camera"
         return f"{differ}: check which poses belong together, and the size of the target"
     apart = np.array([k for k in sorted(fit.apart) if fit.errors[k, 1] < FLIPPED], int)
-    if len(apart) >= MIN_PART and (fits := _fits(robot[apart], target[apart])):
+    if len(apart) >= pair_fit.MIN_PART and (fits := _fits(robot[apart], target[apart])):
         other = min(fits.values(), key=_lost)
         if (other.rms < CLEARLY * fit.rms).all() and 2 * len(other.kept) > len(apart):
             which = f"pairs {ranges(row[apart[other.kept]].tolist())} agree among themselves"
             return f"{which} to {_error(other.rms)}: camera or target was moved; give them alone"
     if 2 * len(fit.kept) < len(row):
         return f"only {len(fit.kept)} of {len(row)} pairs agree: check which poses belong together"
+    return _open(fit, robot)
+
+
+def _open(fit: PairFit, robot: Poses) -> str:
+    """That the pairs leave the camera's place open, and what to do; empty if they don't."""
     worst = fit.half[:6].reshape(2, 3).max(1)
     if (worst <= MAX_HALF).all():
         return ""
@@ -312,6 +311,9 @@ def _doubt(fit: PairFit, robot: Poses, target: Poses, row: Int[np.ndarray, " row
     turns = se3.matrix_to_rotvec(nearest_rotation(hand.sum(0)).T @ hand)
     _, extent, axes = np.linalg.svd(turns - turns.mean(0), full_matrices=False)
     known = f"the camera is known to ± {in_mm(worst[0])}, ± {np.rad2deg(worst[1]):.2g}° only: "
+    if extent[0] < STILL * np.sqrt(len(turns)):
+        kept = f"within {np.rad2deg(extent[0] / np.sqrt(len(turns))):.2g}°"
+        return f"the camera's place is open: the hand kept one orientation ({kept}): turn it about two axes"
     if extent[1] > LITTLE * np.sqrt(len(turns)):
         return known + "add pairs, with the hand turned further between them"
     axis = int(np.abs(axes[0]).argmin())
