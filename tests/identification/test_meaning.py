@@ -72,7 +72,7 @@ def test_orientations_are_read_in_their_convention(kind):
     for declared in ("rotvec", "xyz"):
         wrong = next(k for k in ORIENTATIONS if k.name == declared).matrices(numbers)
         rows = replace(data, rotation=wrong, written=WrittenOrientation(declared, numbers))
-        read = as_read(robot, rows).data
+        read = as_read(robot, rows)[1]
         np.testing.assert_allclose(read.rotation, data.rotation, atol=1e-9)
         unnamed = replace(data, rotation=None, written=WrittenOrientation("", numbers))
         np.testing.assert_allclose(as_read(robot, unnamed)[1].rotation, data.rotation, atol=1e-9)
@@ -172,7 +172,7 @@ def test_the_pose_of_the_base_in_the_tool_and_the_column_of_a_jaw():
     inverse = replace(data, rotation=turned, position=-(turned @ data.position[..., None])[..., 0])
     jaw = replace(data, q=np.insert(data.q, 7, np.linspace(0.0, 0.4, len(data)), axis=1))
     for given, said in ((inverse, "base in the tool"), (jaw, "q8 moves no joint of this arm")):
-        read = as_read(robot, given).data
+        read = as_read(robot, given)[1]
         assert mentions(read.read_as, said)
         np.testing.assert_allclose(read.position, data.position, atol=1e-9)
         np.testing.assert_array_equal(read.q, data.q)
@@ -290,7 +290,7 @@ def test_a_frozen_reading_is_named_and_its_rows_can_be_excluded():
 def test_one_constant_of_the_table_is_named_where_nothing_else_fits(constant, by):
     robot, data = measured("puma", with_rotation=True)
     wrong = robot.with_values({constant: float(robot.values((constant,))[0]) + by})
-    rows = as_read(wrong, data).data
+    rows = as_read(wrong, data)[1]
     assert mentions(rows.notes[-1], constant, "instead of", "they fit to")
     assert not read_rows(robot, data).told
 

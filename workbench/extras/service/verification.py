@@ -207,8 +207,8 @@ def verify(
     seen = np.isfinite(found.errors.position)
     if not seen.any():
         raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
-    found = replace(found, data=found.data.take(seen), errors=found.errors.take(seen))
-    found = replace(found, foreign=rival or found.foreign)
+    of_arm = rival or found.foreign
+    found = replace(found, data=found.data.take(seen), errors=found.errors.take(seen), foreign=of_arm)
     pose, group = pose_units(replace(found.data, group=None)), pose_units(found.data)
     rng = np.random.default_rng(0)
     turned = np.isfinite(found.errors.rotation)

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
@@ -32,14 +31,6 @@ FEW_ROWS, NARROW_RANGE = 15, float(np.radians(30.0))
 """Rows, and range of the joints, below which a fit confirms neither zeros nor signs."""
 
 
-class AsRead(NamedTuple):
-    """An arm and rows as they were understood, and that these are of another built-in arm; empty if not."""
-
-    robot: Robot
-    data: Dataset
-    rival: str = ""
-
-
 def as_read(
     robot: Robot,
     data: Dataset,
@@ -48,8 +39,8 @@ def as_read(
     exclude: Mapping[int, str] | None = None,
     keeps_arm: bool = False,
     takes_rival: bool = False,
-) -> AsRead:
-    """An arm and its rows in the reading that is clearly theirs, with a note on it.
+) -> tuple[Robot, Dataset, str]:
+    """An arm, its rows as they clearly are, with a note on it, and that these are another arm's or "".
 
     Units and conventions that a heading leaves open are applied. Signs, zeros, couplings, order, and
     another arm end with a sentence and its remedy, since a saved arm must count its joints as the
@@ -68,9 +59,9 @@ def as_read(
     """
     data = without(data, exclude or {})
     if how == "given" or data.readings is not None:
-        return AsRead(robot, data.said)
+        return robot, data.said, ""
     arm, rows, rival = _as_read(robot, data, how, keeps_arm, takes_rival)
-    return AsRead(arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows))), rival)
+    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows))), rival
 
 
 _meaning = lru_cache(maxsize=2)(read_rows)
@@ -88,7 +79,9 @@ def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]
     return understood(robot, _with_notes(kept, f"{plural(len(lost), 'row')} left out: {meaning.told}"))
 
 
-def _as_read(robot: Robot, data: Dataset, how: str, keeps_arm: bool, takes_rival: bool) -> AsRead:
+def _as_read(
+    robot: Robot, data: Dataset, how: str, keeps_arm: bool, takes_rival: bool
+) -> tuple[Robot, Dataset, str]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
         return _as_read(robot, with_units(robot, data), how, keeps_arm, takes_rival)
@@ -97,19 +90,19 @@ def _as_read(robot: Robot, data: Dataset, how: str, keeps_arm: bool, takes_rival
         raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
     if meaning is None and data.position is not None and data.session is not None:
         few = f"no session has {MIN_ROWS} rows with a position: what they mean was not checked"
-        return AsRead(robot, _with_notes(data, few))
+        return robot, _with_notes(data, few), ""
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
-        return AsRead(robot, data)
+        return robot, data, ""
     if meaning.is_misread:
         sentence = f"{meaning.text(bare=bool(robot.effects))}; {meaning.remedy}"
         if meaning.best.other and takes_rival:
-            return AsRead(robot, data, sentence.rpartition(", or ")[0])
+            return robot, data, sentence.rpartition(", or ")[0]
         if meaning.best.other or (accepted := meaning.accepted(how)) is None:
             raise DataError(f"{data.source}: {sentence}")
         arm = None if keeps_arm else accepted.on(robot)
         sentence = replace(meaning, best=accepted).text(bare=bool(robot.effects))
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
-        return AsRead(arm or robot, _read_as(accepted.apply(data, joints=arm is None), note))
+        return arm or robot, _read_as(accepted.apply(data, joints=arm is None), note), ""
     if data.joints != robot.dof:
         return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, takes_rival)
     data, given = as_told(data, meaning), meaning.given
@@ -117,8 +110,8 @@ def _as_read(robot: Robot, data: Dataset, how: str, keeps_arm: bool, takes_rival
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
         raise DataError(f"{data.source}: {meaning.text()}; {meaning.remedy}{unread}")
     if not meaning.is_found:
-        return AsRead(robot, _with_notes(data, meaning.text(), *filter(None, [meaning.cure])))
-    return AsRead(robot, _with_notes(data, *_unconfirmed(data)))
+        return robot, _with_notes(data, meaning.text(), *filter(None, [meaning.cure])), ""
+    return robot, _with_notes(data, *_unconfirmed(data)), ""
 
 
 def with_own_columns(robot: Robot, data: Dataset) -> Dataset:
