@@ -135,11 +135,9 @@ def _let_go(a: Poses, b: Poses, fit: PairFit) -> PairFit:
         what, k, step = change
         if what in FRAMES:
             return replace(fit, moved=(what, np.linalg.norm(step.reshape(2, 3), axis=1), int(fit.kept[k])))
-        apart, is_scaled = (
-            (*fit.apart, int(fit.kept[k])) if what == "pair" else fit.apart,
-            fit.spread[12] > 0.0,
-        )
-        fit = _refined(a, b, fit.frames, apart, fit.scale, is_scaled or what == "scale")
+        apart = (*fit.apart, int(fit.kept[k])) if what == "pair" else fit.apart
+        is_scaled = bool(fit.spread[12] > 0.0) or what == "scale"
+        fit = _refined(a, b, fit.frames, apart, fit.scale, is_scaled)
     return fit
 
 
