@@ -12,9 +12,9 @@ from workbench.arm.chain import Axis, Chain, Element
 CODES = "xyz"
 
 
-def random_chain(rng, length, *, constants=True):
-    """Elements of every kind, some of them driven; joints count in the order of the chain."""
-    elements, joints = [], 0
+def random_chain(seed, length, *, constants=True):
+    """Elements of every kind, some of them driven, joints in the order of the chain; and three postures."""
+    rng, elements, joints = np.random.default_rng(seed), [], 0
     for k in range(length):
         axis = Axis(rng.integers(0, 7 if constants else 6))
         if axis is Axis.CONSTANT:
@@ -24,7 +24,7 @@ def random_chain(rng, length, *, constants=True):
         driven = rng.random() < 0.4 or k == 0
         elements.append(Element(axis, f"e{k}", float(rng.normal()), joint=joints if driven else None))
         joints += driven
-    return Chain(tuple(elements), joints)
+    return rng, Chain(tuple(elements), joints), rng.normal(size=(3, joints))
 
 
 def product(chain, row, shift=None):
@@ -41,9 +41,8 @@ def product(chain, row, shift=None):
 @given(st.integers(0, 10_000), st.integers(1, 14))
 @settings(max_examples=60)
 def test_poses_are_the_product(seed, length):
-    rng = np.random.default_rng(seed)
-    chain = random_chain(rng, length)
-    q = rng.normal(size=(3, chain.dof)) * [[1e-3], [1.0], [30.0]]  # in every quarter of several turns
+    _, chain, q = random_chain(seed, length)
+    q *= [[1e-3], [1.0], [30.0]]  # in every quarter of several turns
     expected = [product(chain, row)[0] for row in q]
     np.testing.assert_allclose(chains.poses(chain, q), expected, rtol=0.0, atol=2e-11)
 
@@ -51,9 +50,7 @@ def test_poses_are_the_product(seed, length):
 @given(st.integers(0, 10_000), st.integers(1, 14))
 @settings(max_examples=30)
 def test_other_values_and_shifts(seed, length):
-    rng = np.random.default_rng(seed)
-    chain = random_chain(rng, length)
-    q = rng.normal(size=(3, chain.dof))
+    rng, chain, q = random_chain(seed, length)
     shift = rng.normal(size=(3, length))
     expected = [product(chain, row, s)[0] for row, s in zip(q, shift, strict=True)]
     np.testing.assert_allclose(chains.poses(chain, q, shift=shift), expected, atol=1e-12)
@@ -66,11 +63,9 @@ def test_other_values_and_shifts(seed, length):
 @given(st.integers(0, 10_000), st.integers(1, 14))
 @settings(max_examples=30)
 def test_frames_on_the_way(seed, length):
-    rng = np.random.default_rng(seed)
-    chain = random_chain(rng, length)
-    q = rng.normal(size=(2, chain.dof))
+    _, chain, q = random_chain(seed, length)
     found = chains.frames(chain, q, np.arange(-1, length))
-    for row in range(2):
+    for row in range(3):
         np.testing.assert_allclose(found[row], product(chain, q[row])[1], atol=1e-12)
     twice = chains.frames(chain, q, np.array([length - 1, length - 1]))
     np.testing.assert_array_equal(twice[:, 0], twice[:, 1])
@@ -79,9 +74,7 @@ def test_frames_on_the_way(seed, length):
 @given(st.integers(0, 10_000), st.integers(1, 14))
 @settings(max_examples=30)
 def test_twists_are_the_derivative(seed, length):
-    rng = np.random.default_rng(seed)
-    chain = random_chain(rng, length, constants=False)
-    q = rng.normal(size=(3, chain.dof))
+    _, chain, q = random_chain(seed, length, constants=False)
     found, twists = chains.twists(chain, q, np.arange(length))
     np.testing.assert_allclose(found, chains.poses(chain, q), atol=1e-14)
     moved = lambda v: chains.poses(chain.with_values(v), q)  # noqa: E731

@@ -29,6 +29,7 @@ from workbench import Motion, load_plate, load_robot, write_measurements
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.plate.cube_map import map_cubes
+from workbench.report.numbers import compared
 from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget, plain
@@ -37,7 +38,6 @@ from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cube_fields import drawn_field
 from workbench.session.page_state import Tab
 from workbench.session.state import CubeView
-from workbench.views.page import html
 from workbench.views.page.app import App
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -178,7 +178,7 @@ def serve(calls: Connection, cubes: int, points: int) -> None:
             calls.send(view(app.view.gizmo.handles["arrows"], app.server))
         else:
             app.worker.wait(30.0)
-            calls.send(f"{html.number(1e3 * app.worker.session.score.position)} mm")
+            calls.send(f"{compared(1e3 * app.worker.session.score.position)} mm")
     app.close()
 
 

@@ -169,7 +169,7 @@ def test_what_is_wrong_is_named_with_its_place(file, content, line, column, part
         (HEAD, ""),
         ("x[m],y[m],z[m]\n1,2,3\n", ""),
         ("q1[rad],q2[rad],q3[rad],k1,k2,k3\n0,1,2,0,1,2.01\n1,3,0,1,3,0\n", "joints of one motion"),
-        ("q1[rad],q2[rad],goal_x[m],goal_y[m],goal_z[m]\n" + ROWS, "nothing was observed"),
+        ("q1[rad],goal_x[m],goal_y[m],goal_z[m],dx[m],dy[m],dz[m]\n0,1,2,3,1,-1,0\n", "are deviations"),
         ("q1[rad],q2[rad],TCP X[m],TCP Y[m],TCP Z[m]\n" + ROWS, "'workbench extract'"),
         ("q1[rad],q2[rad],a1x,a1y,a1z\n" + ROWS, "(--columns)"),
         (TWICE, "say which were measured"),

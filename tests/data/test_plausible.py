@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench import Dataset, load_robot
 from workbench.base.errors import DataError
-from workbench.data.plausibility import checked, refuse_joint_quantities, repeated_rows
+from workbench.data.plausibility import checked, refuse_joint_units, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
 ARM = SimpleNamespace(limits=LIMITS, reach=0.9, moving=())
@@ -52,9 +52,9 @@ def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
     (tmp_path / "a.toml").write_text(f'name = "a"\nconvention = "dh"\n{joints}')
     robot = load_robot(tmp_path / "a.toml")
     if not joint:
-        return refuse_joint_quantities(units, robot, "a.csv")
+        return refuse_joint_units(robot, None, units, "a.csv")
     with refuses(DataError, f"joint {joint}", f"q{joint}[{units[joint - 1]}]"):
-        refuse_joint_quantities(units, robot, "a.csv")
+        refuse_joint_units(robot, None, units, "a.csv")
 
 
 @pytest.mark.parametrize(

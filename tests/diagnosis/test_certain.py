@@ -134,7 +134,7 @@ def test_what_a_cause_explains_is_what_left_out_rows_lose(turned):
 
 def test_what_a_load_explains_goes_with_its_masses(searched):
     """The same of an effect of load, whose masses act through it: other code than the cross-validation's."""
-    last = searched.rounds[-1]
+    last = searched.last
     model = last.model
     moved, tilted = explained(last)
     problem = last.stage.problem.with_noise(last.stage.geometric_problem.noise)

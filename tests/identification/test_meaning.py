@@ -131,18 +131,17 @@ def test_a_slide_that_follows_a_turn_a_little_is_told_after_the_fit():
 def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none():
     robot, data = measured("scara", with_rotation=True)
     data = data.take(np.arange(15))
-    for factor, unit in ((1.0, "m"), (1e3, "mm")):
-        shown = replace(data, q=data.q * [1, 1, factor, 1], rotation=data.rotation[::-1].copy())
-        for rows in (shown, replace(shown, rotation=None)):
-            read = as_read(robot, replace(rows, missing_units="J1: rad or deg"))[1]
-            np.testing.assert_allclose(read.q, data.q, atol=1e-12)
-            assert any(mentions(note, f"what slides is in {unit}") for note in read.notes)
+    for factor, unit, turned in ((1.0, "m", None), (1e3, "mm", data.rotation[::-1].copy())):
+        shown = replace(data, q=data.q * [1, 1, factor, 1], rotation=None, missing_units="J1: rad or deg")
+        read = as_read(robot, replace(shown, rotation=turned))[1]
+        np.testing.assert_allclose(read.q, data.q, atol=1e-12)
+        assert any(mentions(note, f"what slides is in {unit}") for note in read.notes)
         for angle in (1.0, np.pi / 180.0):  # in the file deg or rad, read as deg
             q = np.where([1, 1, 0, 1], angle, np.pi / 180.0) * shown.q
-            as_deg = replace(shown, q=q, missing_units="J1: rad or deg", joint_units=("deg",) * 4)
-            np.testing.assert_allclose(as_read(robot, as_deg)[1].q, data.q, atol=1e-12)
+            read = as_read(robot, replace(shown, q=q, joint_units=("deg",) * 4), "given")[1]
+            np.testing.assert_allclose(read.q, data.q, atol=1e-12)
     with refuses(UnitError, "m or mm for q3"):
-        as_read(robot, replace(shown, position=data.position[::-1], missing_units="J1: rad or deg"))
+        as_read(robot, replace(shown, position=data.position[::-1]))
 
 
 def test_rows_shifted_by_one_against_the_joints_are_told():
@@ -154,7 +153,9 @@ def test_rows_shifted_by_one_against_the_joints_are_told():
     part = replace(data.take(kept), q=data.q[rows])
     assert mentions(arm_match(robot, part).text, "those after them don't", "joints of the row after")
     later = replace(data, q=np.where(np.arange(len(data))[:, None] >= 25, np.radians(data.q), data.q))
-    assert mentions(arm_match(robot, later).text, "those after them don't: with joints in rad", "their unit")
+    assert mentions(arm_match(robot, later).text, "those after them don't: with joints 1–6 in rad", "unit")
+    wrist = replace(data, q=np.where(np.arange(6) < 3, data.q, np.radians(data.q)))
+    assert mentions(arm_match(robot, wrist).text, "with joints 4–6 in rad, not degrees, they fit")
 
 
 def test_a_coupling_is_told_by_joints_that_move_alone_though_some_signs_are_not():

@@ -45,13 +45,11 @@ def mixed(aria, plate):
 def test_locked_targets_stay_and_the_others_are_placed(aria, plate):
     """Of Table 2 two targets are kept: the search places the other eight, better than they were."""
     held = (2, 7)
-    targets = tuple(replace(t, locked=i in held) for i, t in enumerate(plate.targets))
-    locked = replace(plate, targets=targets)
+    locked = replace(plate, targets=tuple(replace(t, locked=i in held) for i, t in enumerate(plate.targets)))
     found = optimise_plate(aria, locked, places=120, starts=1)
     assert len(found.plate) == len(plate)
     for i, (old, new) in enumerate(zip(plate.targets, found.plate.targets, strict=True)):
-        same = np.allclose(old.pose, new.pose, atol=1e-9)
-        assert same is (i in held), i
+        assert np.allclose(old.pose, new.pose, atol=1e-9) is (i in held), i
     assert found.cost < found.start_cost
 
 

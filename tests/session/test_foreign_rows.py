@@ -12,6 +12,7 @@ from workbench import WorkbenchError, evaluate, load_robot, measure_poses, write
 from workbench.identification.checks.arm_match import arm_match
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
+from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.export import calibrated_toml
@@ -39,8 +40,7 @@ def test_rows_with_other_units_than_the_rest_are_named(ur5_rows, mistaken):
     values[10:22] *= 1e-3 if mistaken == "position" else np.rad2deg(1.0)
     found = arm_match(load_robot("ur5"), replace(ur5_rows, **{mistaken: values}))
     assert found.is_foreign
-    assert mentions(found.text, "12 rows (10–21) don't fit the others")
-    assert mentions(found.text, "exclude")
+    assert mentions(found.text, "12 rows (10–21) don't fit the others", "exclude")
 
 
 def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_file):
@@ -96,8 +96,7 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     loaded = do(LoadData("seven.csv", "\n".join(rows).encode()))
     assert loaded.measurements.loaded is None
     step = next_step(loaded)
-    assert mentions(step.sentence, "6 joints, not 7")
-    assert mentions(step.sentence, "Franka Emika Panda")
+    assert mentions(step.sentence, "6 joints, not 7", "Franka Emika Panda")
     assert step.tone is Tone.BAD
     assert step.next.command == ChooseRobot("panda", keep=True)  # not the FR3, outside whose limits some are
     changed = do(step.next.command)
@@ -120,8 +119,9 @@ def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, tmp_path):
     assert {outlier.row for outlier in found.outliers} | set(found.suspects) == {17}
     rows = session.results.comparison
     assert rows.measured[rows.set_apart] == pytest.approx(position[[17]], abs=1e-6)
-    rows = session.results.comparison
     assert rows.number[rows.kept_out].tolist() == [outlier.row for outlier in found.outliers]
+    after = do(Diagnose()).results.identification.outliers  # of which something is to be done
+    assert [outlier.row for outlier in after] == [outlier.row for outlier in found.outliers]
 
 
 @pytest.mark.parametrize(
@@ -145,6 +145,14 @@ def test_headings_that_are_wrong_are_corrected_by_one_click(do, ur5_file, wrong)
     assert not corrected.measurements.loaded.is_foreign
     np.testing.assert_allclose(corrected.measurements.loaded.dataset.q, right.q, atol=1e-12)
     np.testing.assert_allclose(corrected.measurements.loaded.dataset.position, right.position, atol=1e-12)
+
+
+def test_degrees_labelled_rad_are_read_so_by_one_click_or_all_named(do, ur5_rows, tmp_path):
+    turned = write_measurements(replace(ur5_rows, q=np.rad2deg(ur5_rows.q)), tmp_path / "r.csv").read_bytes()
+    read = do(next_step(do(ChooseRobot("ur5"), LoadData("r.csv", turned))).next.command)
+    np.testing.assert_allclose(read.measurements.loaded.dataset.q, ur5_rows.q, atol=1e-12)
+    mixed = do(LoadData("r.csv", turned.replace(b"q1[rad]", b"q1[deg]")))
+    assert "write q2[deg], q3[deg], q4[deg], q5[deg], q6[deg] in" in mixed.page.messages[-1].text
 
 
 def test_units_that_a_file_lacks_are_told_by_its_rows_or_asked_for(do, ur5_file):

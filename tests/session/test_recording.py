@@ -294,6 +294,14 @@ def test_damage_is_one_clear_sentence(whole, tmp_path, spoil, text):
     assert "\n" not in str(found.value)
 
 
+def test_a_recording_whose_first_line_has_no_checksum_yet_is_shown(whole, tmp_path):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    head, rest = (folder / JOURNAL).read_text().split("\n", 1)
+    early = {k: v for k, v in json.loads(head).items() if k not in (codec.CHECK, "inputs", "origin")}
+    (folder / JOURNAL).write_text(f"{json.dumps(early)}\n{rest}")
+    assert not read_recording(folder).is_own
+
+
 @pytest.mark.parametrize("name", ["*.csv", "robot.toml", "plate.toml"])
 def test_an_input_that_was_changed_or_is_missing_is_refused(whole, tmp_path, name):
     folder = shutil.copytree(whole[0], tmp_path / "copy")

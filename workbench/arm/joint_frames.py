@@ -187,21 +187,21 @@ class StandardDh:
     behind: np.ndarray
 
 
-def standard_dh(frames: JointFrames, thetas: Sequence[float] | None = None) -> StandardDh:
+def standard_dh(frames: JointFrames, like: np.ndarray | None = None) -> StandardDh:
     """The table of any serial arm.
 
     Args:
         frames: Frames of the arm; the joints' axes need not be their z axes.
-        thetas: Each row's θ is the one of its two solutions nearest to this; 0 if None.
+        like: A nominal table: each row is the nearer one of its two solutions by θ and α; by θ = 0 if None.
     """
     turned = [_onto_axis(p, j.axis) for p, j in zip(frames.at_zero, frames.joints, strict=False)]
     places = [*turned, frames.at_zero[-1]]
-    near = [0.0, *([0.0] * len(turned) if thetas is None else thetas)]
+    near = np.vstack([np.zeros(4), np.zeros((len(turned), 4)) if like is None else like])
     first = places[0]
     same = max(np.hypot(*first[:2, 3]), np.hypot(*first[:2, 2])) < SAME_AXIS and first[2, 2] > 0.0
     here, table = np.eye(4), [np.zeros(4)] if same else []
-    for line, theta in zip(places[len(table) :], near[len(table) :], strict=True):
-        table.append(_row(se3.inverse(here) @ line, theta))
+    for line, row in zip(places[len(table) :], near[len(table) :], strict=True):
+        table.append(_row(se3.inverse(here) @ line, row[0], row[3]))
         here = here @ dh_pose(table[-1])
     left = se3.inverse(here) @ places[-1]
     behind = np.array([np.arctan2(left[1, 0], left[0, 0]), left[2, 3], 0.0, 0.0])
@@ -224,7 +224,7 @@ def _onto_axis(pose: Matrix4, axis: Vector3) -> Matrix4:
     return pose @ se3.pose(np.column_stack([across, np.cross(axis, across), axis]), np.zeros(3))
 
 
-def _row(line: Matrix4, near: float) -> np.ndarray:
+def _row(line: Matrix4, near: float, twist: float) -> np.ndarray:
     """θ, d, a, α from a frame to the z axis of another one given in it."""
     point, z = line[:3, 3], line[:3, 2]
     sine = float(np.hypot(z[0], z[1]))
@@ -239,6 +239,6 @@ def _row(line: Matrix4, near: float) -> np.ndarray:
         # foot of the common normal on this z axis
         d = float(point[2] - (point[0] * z[0] + point[1] * z[1]) / sine**2 * z[2])
     a, alpha = float(point @ x), float(np.arctan2(np.cross(Z, z) @ x, z[2]))
-    if np.cos(theta - near) < 0.0:
+    if np.cos(theta - near) + np.sin(alpha) * np.sin(twist) < 0.0:  # the other one's is the negative of it
         theta, a, alpha = theta + np.pi, -a, -alpha
     return np.array([near + (theta - near + np.pi) % (2.0 * np.pi) - np.pi, d, a, alpha])

@@ -18,10 +18,9 @@ def ranges(numbers: Sequence[int]) -> str:
     """'2, 3', or '1–4, 6': three or more in a row as a range."""
     runs: list[list[int]] = []
     for number in numbers:
-        if runs and number == runs[-1][-1] + 1:
-            runs[-1].append(number)
-        else:
-            runs.append([number])
+        if not runs or number != runs[-1][-1] + 1:
+            runs.append([])
+        runs[-1].append(number)
     return ", ".join(f"{r[0]}–{r[-1]}" if len(r) > 2 else ", ".join(map(str, r)) for r in runs)
 
 
@@ -49,8 +48,9 @@ def in_mm(length: float) -> str:
 
 
 def capital(sentence: str) -> str:
-    """A sentence that begins with a capital letter."""
-    return sentence[:1].upper() + sentence[1:]
+    """A sentence that begins with a capital letter, but for a name of a file, an arm or a joint."""
+    is_name = any(c.isdigit() or c in "./" for c in sentence.partition(" ")[0].rstrip(".:,;"))
+    return sentence if is_name else sentence[:1].upper() + sentence[1:]
 
 
 def readable(text: str) -> str:

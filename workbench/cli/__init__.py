@@ -26,8 +26,8 @@ from workbench.cli.sessions import open_session
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
 """File extensions that the app opens in place of a command."""
-SERVED = ("host", "port", "open_browser", "record", "rerun", "session", "json_file")
-"""Options that do not determine what the app shows; without any others the user is asked."""
+SERVED = ("data", "host", "port", "open_browser", "record", "rerun", "session", "json_file")
+"""Options that name neither robot nor plate; without any others the user is asked, or the rows tell."""
 
 app = typer.Typer(
     name=PROGRAM,

@@ -119,7 +119,7 @@ class FileOptions:
             if (found := source.read(path, arm, self.joints)) is not None:
                 return found
         try:
-            return wb.read_measurements(path, joints=arm.joint_names, joint_table=self.joints, **self.stated)
+            return wb.read_measurements(path, joints=arm, joint_table=self.joints, **self.stated)
         except ShapeError as error:
             from workbench.arm.urdf import tip_of
 

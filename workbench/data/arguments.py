@@ -23,7 +23,7 @@ def as_dataset(value: Any, robot: Robot | None = None) -> Any:
     """Measurements of a file or a frame, with as many joints as the arm has."""
     if isinstance(value, Dataset) or not (isinstance(value, str | Path) or hasattr(value, "columns")):
         return value
-    return read_measurements(value, joints=None if robot is None else robot.joint_names)
+    return read_measurements(value, joints=robot)
 
 
 def _dataset_of_arm(value: Any, given: Any) -> Any:

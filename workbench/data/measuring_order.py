@@ -24,13 +24,11 @@ MIN_JOINT_MOTION = 1e-6
 
 def clock_of(data: Dataset) -> tuple[Float[np.ndarray, " rows"], bool]:
     """What orders rows, and whether that is time: not where sessions' times begin anew."""
-    time = data.time
+    time, places = data.time, (np.asarray(data.row, float), False)
     if time is None or not np.isfinite(time).all() or not len(time) or np.ptp(time) <= 0.0:
-        return np.asarray(data.row, float), False
+        return places
     spans = sorted((t.min(), t.max()) for t in (time[data.in_session(s)] for s in data.sessions))
-    if any(a[1] > b[0] for a, b in pairwise(spans)):
-        return np.asarray(data.row, float), False
-    return np.asarray(time, float), True
+    return places if any(a[1] > b[0] for a, b in pairwise(spans)) else (np.asarray(time, float), True)
 
 
 def beside(other: Dataset, data: Dataset) -> Dataset:

@@ -32,13 +32,13 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     if dataset.readings is not None and dataset.readings.has_tool_poses and robot is not posed_arm():
         why = f"the rows have tool poses instead of joints, so robot '{robot.name}' can't be checked"
         raise DataError(f"{dataset.source}: {why}; give the joints, or identify only camera and target")
-    refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
     if (own := len(robot.limits)) != dataset.joints:
         numbers = f"the data have {dataset.joints} joints, the robot {own}: choose the robot measured"
         raise ShapeError(f"{dataset.source}: {numbers}", expected=own, found=dataset.joints)
-    if not dataset.included.any():
+    q = dataset.q[dataset.included] if dataset.included.any() else None
+    refuse_joint_units(robot, q, dataset.joint_units, dataset.source)
+    if q is None:
         return dataset
-    refuse_joint_units(dataset.q[dataset.included], robot.limits, dataset.source)
     dataset = _without_copies(dataset)
     notes = _joint_notes(dataset, robot.limits)
     return revised(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
@@ -61,26 +61,26 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
     return [(int(first[k]), row) for row, k in enumerate(number.tolist()) if first[k] != row]
 
 
-def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], source: str) -> None:
-    """Raise when joints go so far beyond their limits that the unit must be wrong."""
-    if (found := implausible_joint(q, limits)) is None:
-        return
-    joint, unit, bound = found
-    looks = {"degrees": "degrees labelled rad: write q1[deg]", "mm": "mm labelled m: write the correct unit"}
-    check = "check the units and the order of the joint columns"
-    guess = f"these look like {looks[unit]} in the header" if unit else check
-    far = f"joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} but its limit is {bound:.4g}"
-    raise DataError(f"{source}: {far}: {guess}", joint=joint)
-
-
-def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -> None:
-    """Raise where the column of a joint that turns is a length, or that of one that slides in degrees."""
+def refuse_joint_units(robot: Robot, q: np.ndarray | None, units: tuple[str, ...], source: str) -> None:
+    """Raise where a joint's column is a wrong quantity by its unit, or far beyond limits by its numbers."""
+    doubtful = []
     for joint, (unit, slides) in enumerate(zip(units, sliding(robot), strict=False), start=1):
         is_length = unit and conversion(unit, Quantity.ANGLE, Quantity.LENGTH).quantity is Quantity.LENGTH
         if is_length != slides and unit not in ("", "rad"):
             kind, wanted = ("slides", "mm") if slides else ("turns", "deg")
-            wrong = f"joint {joint} {kind}, but its column is q{joint}[{unit}]"
-            raise DataError(f"{source}: {wrong}: write q{joint}[{wanted}]")
+            wrong = f"joint {joint} {kind}, but its column is q{joint}[{unit}]: write q{joint}[{wanted}]"
+            raise DataError(f"{source}: {wrong}")
+        doubtful += [f"q{joint}[deg]"] * (unit in ("", "rad") and not slides)
+    if q is None or (found := implausible_joint(q, robot.limits)) is None:
+        return
+    joint, unit, bound = found
+    as_degrees = f"degrees labelled rad: write {', '.join(doubtful) or 'q1[deg] …'}"
+    looks = {"mm": "mm labelled m: write the correct unit", "degrees": as_degrees}
+    check = "check the units and the order of the joint columns"
+    guess = f"these look like {looks[unit]} in the header" if unit else check
+    largest, limit = np.nanmax(np.abs(q[:, joint])), f"{bound:.4g} {'m' if unit == 'mm' else 'rad'}"
+    far = f"joint {joint + 1} reaches {largest:.4g} but its limit is {limit}"
+    raise DataError(f"{source}: {far}: {guess}", joint=joint)
 
 
 def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str]:

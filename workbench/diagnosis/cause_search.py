@@ -48,6 +48,7 @@ from workbench.diagnosis.search.rounds import (
     under_gravity,
 )
 from workbench.diagnosis.search.stepwise_search import group_evidence
+from workbench.identification.alignment import align
 from workbench.identification.errors.row_errors import Errors, Validation, explains_little
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -67,9 +68,9 @@ class CauseSearch:
         robot: The nominal arm, with assumed masses where its file has none.
         ready: The rows, without held-out ones that may lie on either side of an event.
         first: The geometry alone.
-        rounds: The searches, first to last.
+        passes: The searches, each without some of what the one before it found.
         drivers: What the error follows at the final fit; None if too few rows tell.
-        judged_fit: The last round's arm; as it is saved, if there are no held-out rows to be fitted to it.
+        judged_fit: The last search's arm; as it is saved, if there are no held-out rows to be fitted to it.
         still: All rows as from a measuring frame at rest, if it moves by no law; arms are fitted to them.
         too_few: Why no search was made; None if one was.
         nominal: Errors of the nominal arm, with the best base and tool, on the fitted rows that are no
@@ -81,7 +82,7 @@ class CauseSearch:
     robot: Robot
     ready: Prepared
     first: Stage
-    rounds: Sequence[Searched]
+    passes: Sequence[Searched]
     drivers: DriverEvidence | None
     judged_fit: Fit
     still: Dataset | None
@@ -92,8 +93,8 @@ class CauseSearch:
 
     @property
     def last(self) -> Searched:
-        """The last round, at the final fit to the fitted rows."""
-        return self.rounds[-1]
+        """The last search, at the final fit to the fitted rows."""
+        return self.passes[-1]
 
     def errors(self, model: Model, rows: Dataset | None = None) -> Errors:
         """Of the geometry with a model's effects, by the linear solution at the fit, on the judging rows or
@@ -110,7 +111,10 @@ class CauseSearch:
         if term.candidate.effect.is_event or mixed_share(data.q, clock) <= MIN_MIXED:
             return False  # where postures come in an order, the last rows may differ by these alone
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
-        old, new = (self.errors(m, late) for m in (drop(model, [term]), model))
+        return self._is_worse(self.errors(drop(model, [term]), late), self.errors(model, late), worse)
+
+    def _is_worse(self, old: Errors, new: Errors, worse: float) -> bool:
+        """Whether some errors are larger than others on the same rows, beyond chance or by a factor."""
         is_harm = harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
         return is_harm or new.main.mean > worse * old.main.mean
 
@@ -119,7 +123,7 @@ class CauseSearch:
 
         The arm after a warm-up that any smooth function of the time explains as well is that function beyond
         its rows, which nobody knows. What has no name, or no law that wins, must predict the rows that judge
-        it.
+        it; no model may make these worse than geometry alone, beyond chance or by more than a law may.
         """
         model, drivers = self.last.model, self.drivers
         if not model or drivers is None:
@@ -129,13 +133,14 @@ class CauseSearch:
         if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
             return drop(model, lost)
         kept = drivers.lasting(unsure := undecided(drivers))
-        if gone := [t for t in kept if self._is_over(kept, t, 1.0 if t in unsure else MAX_WORSE)]:
+        gone = [t for t in kept if self._is_over(kept, t, 1.0 if t in unsure else MAX_WORSE)]
+        if gone or len(kept) < len(model):
             return drop(kept, gone)
-        nameless = [*filter(is_nameless, kept)]
-        fewer = (drop(kept, some) for some in (nameless, [*nameless, *unsure]) if len(kept) == len(model))
-        left = {m: self.errors(m).main.mean for m in fewer if len(m) < len(model)}
-        best = min(left, key=left.__getitem__, default=kept)
-        return kept if left.get(best, np.inf) > self.after.judged.main.mean else best
+        nameless, after = [*filter(is_nameless, kept)], self.after.judged
+        fewer = {(): MAX_WORSE} | {drop(kept, some): 1.0 for some in (nameless, [*nameless, *unsure])}
+        left = {m: self.errors(m) if m else self.before.judged for m in fewer if len(m) < len(model)}
+        better = [m for m, errors in left.items() if self._is_worse(errors, after, fewer[m])]
+        return min(better, key=lambda m: left[m].main.mean, default=kept)
 
 
 def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
@@ -150,13 +155,13 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
     validated = partial(_validated_search, robot, ready, first, too_few)
     path = path_of(first.problem.data, ready.data)
     if too_few is None and path is not None and path.is_steady:
-        alone = validated(rounds(first, rng, tried=None))
+        alone = validated([rounds(first, rng, tried=None)])
         if ask("a lag", lambda: alone.drivers is not None and alone.drivers.is_lag, False):
             return alone
     try:
         found = _rounds_with_sure_events(first, rng, tried, events)
     except np.linalg.LinAlgError:  # models beyond rounding, of rows that are far from any arm
-        found = rounds(first, rng, tried=None)
+        found = [rounds(first, rng, tried=None)]
     progress(0.8, "judging the result")
     search = validated(found)
     drivers = search.drivers
@@ -165,7 +170,7 @@ def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> Ca
         gain = description_length(search.last) - description_length(turned.last)
         search = turned if gain > np.log(CERTAIN) and _shows_gravity(turned) else search
     if explains_little(search.nominal.train, search.after.train, robot.reach):
-        search = validated(rounds(first, rng, tried=None))
+        search = validated([rounds(first, rng, tried=None)])
     return search
 
 
@@ -187,13 +192,13 @@ def _shows_gravity(search: CauseSearch) -> bool:
 
 def _rounds_with_sure_events(
     first: Stage, rng: np.random.Generator, tried: Tried | None, events: Sequence[Candidate] | None
-) -> tuple[Searched, ...]:
+) -> list[Searched]:
     """The search for events and effects, taken up again without uncertain events and drifts.
 
     Consecutive rows often have similar postures, so an event that is less than certain may be an effect of
     posture; and what follows the time by no law is no law for the time to come.
     """
-    found, refused = rounds(first, rng, tried=tried, events=events), set[str]()
+    found, refused = [rounds(first, rng, tried=tried, events=events)], set[str]()
 
     def tried_still(effect: AbstractEffect) -> bool:
         return tried is not None and tried(effect) and effect.name not in refused
@@ -205,7 +210,7 @@ def _rounds_with_sure_events(
         events = [c for c in odds if c.effect.is_event and c not in unsure]
         refused |= {c.effect.name for c in unsure if not c.effect.is_event}
         rest = [t for t in found[-1].model if t.candidate not in unsure]
-        found = rounds(refitted(found[-1], rest), rng, tried=tried_still, events=events)
+        found.append(rounds(refitted(found[-1], rest), rng, tried=tried_still, events=events))
     return found
 
 
@@ -226,6 +231,8 @@ def _validated_search(
             geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
         fit = ready.scaled(fit)
         arms = ((f.arm, {**f.problem.known, **f.problem.instrument(f.x)}) for f in (geometry, fit))
+        if not (own := rows.problem.frames).levelled and not keep.all():  # outliers place no base
+            rows = replace(rows, aligned=align(rows.aligned, rows.problem.data.take(keep), own))
         errors = (rows.nominal, *(rows.errors(*arm) for arm in arms))
         judged = (Validation(e.train.take(keep), e.held_out) for e in errors)
         search = CauseSearch(robot, rows, first, found, drivers, fit, still, too_few, *judged)

@@ -22,13 +22,14 @@ from workbench.data.measuring_order import with_directions
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_tilt import gravity_direction_causes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.payload import MISSTATED, misstated_payload
-from workbench.diagnosis.remaining_error import RemainingError
+from workbench.diagnosis.remaining_error import CHANGED, LAGGED, RemainingError
 from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
 from workbench.diagnosis.verdict import conclude
@@ -133,9 +134,15 @@ def _followed(
         return found, ""
     if sure != search.last.model:
         found = ask("what the error follows", lambda: drivers.followed(sure), ())
-    named = [t.candidate.effect for r in search.rounds[-2:] for t in r.model if not is_nameless(t)]
-    kinds = [(driver_of(e), e.name) for e in named if e.names not in laws]
-    found = tuple(replace(f, laws=tuple(dict.fromkeys(k for d, k in kinds if d == f.driver))) for f in found)
+    named = [t.candidate.effect for r in search.passes for t in r.model if not is_nameless(t)]
+    others, chain = [e for e in named if e.names not in laws], search.last.stage.fit.arm.chain
+
+    def kinds(follows: FollowedDriver) -> tuple[str, ...]:
+        mine = (e for e in others if driver_of(e) == follows.driver)
+        held = (e for e in others if any(p.holds(e, chain) for p in (*follows.parts, *follows.either)))
+        return tuple(dict.fromkeys(e.name for e in (held if follows.either else mine)))
+
+    found = tuple(replace(f, laws=kinds(f)) for f in found)
     return found, ask(
         "a correction", lambda: drivers.correction(rest, search.after.judged) if rest else "", ""
     )
@@ -148,15 +155,11 @@ def _residual_map(search: CauseSearch, saved: SavedModel, causes: Sequence[Cause
     if not others:
         return None
     named = tuple(t for t in search.last.model if t.candidate.names in claimed)
-    alone, after = search.before.judged, search.after.judged
+    alone = search.before.judged
     with_causes = ask("the error with causes alone", lambda: search.errors(named), alone) if named else alone
     is_better = with_causes.main.mean < alone.main.mean
-    return ResidualMap(
-        effects=others,
-        before=with_causes if is_better else alone,
-        after=after,
-        beside_causes=bool(named) and is_better,
-    )
+    before, after = with_causes if is_better else alone, search.after.judged
+    return ResidualMap(effects=others, before=before, after=after, beside_causes=is_better)
 
 
 def _additions(search: CauseSearch, saved: SavedModel, harm: str | None) -> Iterator[str]:
@@ -189,8 +192,13 @@ def _diagnosis(
     causes = tuple(c for k, c in found if k < MAX_CAUSES or c.event is not None)
     residual_map = _residual_map(search, saved, causes)
     verdict, message = conclude(search, saved, causes, followed, correction, residual_map, remaining)
-    errors = search.before.held_out, search.after.held_out
-    harm = harm_done(*errors, remaining.noise) if saved.effects else None
+    before, after = search.before.held_out, search.after.held_out
+    harm = harm_done(before, after, remaining.noise) if saved.effects else None
+    sure = [p for f in followed if f.confidence is not Confidence.OPEN for p in f.parts]
+    if drivers is not None and ask("a lag", lambda: drivers.is_lag, False):
+        harm = LAGGED
+    elif correction and any(p.shape is Shape.STEP and p.part not in ("frame", "tool") for p in sure):
+        harm = CHANGED
     message = " ".join(filter(None, (message, *_additions(search, saved, harm))))
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     weighings = search.first.fit.problem.noise, ready.problem.noise

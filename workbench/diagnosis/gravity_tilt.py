@@ -76,11 +76,6 @@ class GravityTilt:
         return self.size > CONTRADICTION * self.tolerance and self.size > MIN_MENTIONED_ERRORS * self.error
 
     @property
-    def is_opposite(self) -> bool:
-        """Whether the arm is as if upside down, where the same rows say that drives push back."""
-        return np.pi - self.size < CONTRADICTION * max(self.tolerance, self.error)
-
-    @property
     def odds(self) -> float:
         """Odds that the file is wrong (module docstring)."""
         wide, narrow = (self.error**2 + width**2 for width in (WIDE_SIGMA, self.tolerance))
@@ -174,7 +169,8 @@ def gravity_direction_causes(fit: Fit, given: Robot, noise: Noise, laws: Sequenc
             pull = ", ".join(f"{part:.2f}" for part in here.gravity / np.linalg.norm(here.gravity))
             along = f": gravity pulls along ({pull}) of its base" if is_far else ""
             size, *asks = found.text.split(";")
-            other = "the same rows say that drives push back more than loads bend them" * found.is_opposite
+            is_turned = np.pi - found.size < CONTRADICTION * max(found.tolerance, found.error)
+            other = "the same rows say that drives push back more than loads bend them" * is_turned
             yield Cause(
                 effects=(effect,),
                 odds=min(found.odds, most),

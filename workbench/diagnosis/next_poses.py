@@ -17,7 +17,6 @@ from jaxtyping import Bool, Float
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.search.candidates import candidate_columns, carriers
@@ -154,48 +153,33 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
 def _pool(
     problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int, measurable: Measurable | None
 ) -> Dataset:
-    """Poses within the measured joint ranges whose tool stays near the measured positions, as the most common
-    instrument would observe them, with typical drivers."""
+    """Poses within the measured joint ranges, as the most common instrument would observe them, with typical
+    drivers: the tool near the measured positions, the links no closer than in the measured poses."""
+    from workbench.plate.optimiser.capsules import capsule_arm  # coal takes long to load
+
     data, arm = problem.data, problem.robot_at(x).with_effects()
     low, high = data.q.min(0), data.q.max(0)
     session = data.sessions[0]
     arm = problem.frames.placed(arm, data.sessions).in_session(session)
     q = rng.uniform(low, high, (8 * size, data.joints))
-    q = q[_about(arm, data.q, q)]
+    seen, tips = (tool_poses(arm, Motion(postures))[:, :3, 3] for postures in (data.q, q))
+    margin = BOX_MARGIN * np.ptp(seen, axis=0)
+    q = q[((tips >= seen.min(0) - margin) & (tips <= seen.max(0) + margin)).all(1)]
     q = q[: 2 * size] if measurable is None else q[np.asarray(measurable(q), bool)]
-    q = q[_clear(arm, data.q, q)][:size]
+    shape = capsule_arm(arm)
+    closest = min(float(shape.own_distances(shape.placements(data.q)).min()), MIN_CLEARANCE)
+    q = q[shape.own_distances(shape.placements(q), minimum=closest) >= closest][:size]
     maximum = max((rows for _, rows in observed_kinds(data)), key=len)
     like = data.take(np.resize(maximum, len(q)))
-    poses = tool_poses(arm, Motion(q))
+    poses, p, r = tool_poses(arm, Motion(q)), like.position, like.rotation
     return replace(
         like,
         q=q,
         row=np.arange(len(q)),
-        position=_where_measured(like.position, poses[:, :3, 3]),
-        rotation=_where_measured(like.rotation, poses[:, :3, :3]),
+        position=None if p is None else np.where(np.isfinite(p), poses[:, :3, 3], np.nan),
+        rotation=None if r is None else np.where(np.isfinite(r), poses[:, :3, :3], np.nan),
         session=None if like.session is None else np.full(len(q), session),
         group=None,
         torque=None,
         sigma=None,
     )
-
-
-def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Which poses have the tool within the slightly enlarged box of the measured positions."""
-    seen = tool_poses(arm, Motion(measured))[:, :3, 3]
-    margin = BOX_MARGIN * np.ptp(seen, axis=0)
-    at = tool_poses(arm, Motion(q))[:, :3, 3]
-    return ((at >= seen.min(0) - margin) & (at <= seen.max(0) + margin)).all(1)
-
-
-def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Which poses keep the links apart, at least as far as in the measured poses."""
-    from workbench.plate.optimiser.capsules import capsule_arm  # coal takes long to load
-
-    shape = capsule_arm(arm)
-    closest = min(float(shape.own_distances(shape.placements(measured)).min()), MIN_CLEARANCE)
-    return shape.own_distances(shape.placements(q), minimum=closest) >= closest
-
-
-def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarray | None:
-    return None if measured is None else np.where(np.isfinite(measured), values, np.nan)

@@ -10,6 +10,8 @@ s'(m) δ more, s' their derivative, so that few columns tell:
 | more by one mass | 1 |
 | another one for each that the file says | one for each |
 | another one in any row | one for each, of one variance |
+
+If it hangs elsewhere than at the tool's point, its moments are others too, by three unknown coordinates.
 """
 
 from dataclasses import replace
@@ -19,6 +21,7 @@ import numpy as np
 
 from workbench.arm.effects.effect import Loads
 from workbench.arm.frame import revised
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.statics.deflection import shift_of
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import PROBABLE
@@ -34,7 +37,7 @@ from workbench.diagnosis.search.evidence import Offer, coefficients, left_of
 from workbench.diagnosis.search.gram_matrices import Grams
 
 STEP = 0.1
-"""Payload by which the derivative is taken [kg]."""
+"""Payload, and distance of its centre, by which the derivatives are taken [kg], [m]."""
 MAX_LEVELS, MAX_NAMED = 12, 3
 """Maximum number of payloads in a file that may each be another one, and of those that are named."""
 MAX_FACTOR = 1.4
@@ -50,11 +53,19 @@ def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[s
         return {}
     alone = revised(arm, effects=laws)
     moved = tuple(dict.fromkeys(name for e in laws for name in e.elements(alone.chain)))
-    slope = np.zeros((len(carried), len(moved), 1))
+    slope = np.zeros((len(carried), len(moved), 4))
     for block in rows.problem.blocks:
         here, motion = alone.in_session(block.session), rows.motion.take(block.rows)
-        less, more = (shift_of(here, replace(motion, payload=carried[block.rows] + m)) for m in (0.0, STEP))
-        slope[block.rows, :, 0] = ((more - less) / STEP)[:, alone.chain.indices(moved)]
+        heavy, known = (
+            carried[block.rows],
+            np.zeros((len(motion), 6)) if motion.wrench is None else motion.wrench,
+        )
+        axes = (here.base.rotation.T @ tool_poses(here, motion)[:, :3, :3]).transpose(2, 0, 1)
+        turned = [np.pad(np.cross(STEP * a, heavy[:, None] * here.gravity), ((0, 0), (3, 0))) for a in axes]
+        tried = [motion, replace(motion, payload=heavy + STEP)]
+        tried += [replace(motion, wrench=known + each) for each in turned]
+        now, *then = (shift_of(here, each)[:, alone.chain.indices(moved)] for each in tried)
+        slope[block.rows] = (np.stack(then, 2) - now[..., None]) / STEP
     file = np.argsort(whole.row, kind="stable")
     place = np.searchsorted(whole.row[file], rows.data.row)
     before, after = (whole.payload[file[np.clip(place + k, 0, len(file) - 1)]] for k in (-1, 1))
@@ -64,8 +75,9 @@ def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[s
     shapes |= {"each": np.eye(len(levels))[level]} if len(levels) <= MAX_LEVELS else {}
     joints = tuple(sorted({j for e in laws for j in e.joints}))
     process = partial(rows.follower, Driver.LOAD, MISSTATED, joints=joints, moved=moved, shape=Shape.CARRIED)
-    together = slope[rows.order]
-    return {what: process(s.reshape(len(s), -1), together=together, tag=what) for what, s in shapes.items()}
+    mass, away = np.split(slope[rows.order], [1], axis=2)
+    found = {what: process(s.reshape(len(s), -1), together=mass, tag=what) for what, s in shapes.items()}
+    return found | {"elsewhere": process(np.ones((len(carried), 1)), together=away, tag="elsewhere")}
 
 
 def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[FollowedDriver, ...]:
@@ -106,4 +118,5 @@ def _text(what: str, more: np.ndarray, levels: np.ndarray) -> str:
         "more": f"{abs(more[0]):.2g} kg {'more' if more[0] > 0.0 else 'less'}",
         "each": ", ".join(f"{new:.2g} kg where it says {old:.2g}" for new, old in most),
         "any": "another one in many rows",
+        "elsewhere": f"its centre is about {1e3 * np.linalg.norm(more):.0f} mm from the tool's point",
     }.get(what, f"its column is one row {what}")

@@ -16,6 +16,9 @@ MAX_NOISE_RATIO = 1.25
 """Maximum ratio of the residual to the known noise at which it still counts as noise."""
 MIN_MAJOR_SHARE = 0.5
 """Share of the remaining error due to joint readings above which the message starts with it."""
+LAGGED = "no arm fits joints and places of different times"
+CHANGED = "the arm changed among the rows, and the saved one lies between: fit the later rows alone"
+"""Why an arm that was fitted to all rows should not be used."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -90,6 +90,8 @@ def _claims_text(
         sentences.append(f"{len(laws) - MAX_STATED_CAUSES} more causes are in the table.")
     sentences += doubts(laws)
     sentences += [_driver_text(f) for f in followed]
+    if undecided := [c.label for c in causes if c.is_added and not c.is_law]:
+        sentences.append(f"Undecided, but added: {'; '.join(undecided)}.")
     if residual_map is not None:
         sentences.append(f"{residual_map.sentence}.")
     return " ".join(sentences)
@@ -98,11 +100,12 @@ def _claims_text(
 def _driver_text(followed: FollowedDriver) -> str:
     """A sentence on a driver without a law, and on laws of it that aren't all."""
     kinds = " or ".join(followed.laws)
-    law = f"it isn't simply {kinds}" if kinds else "no known law of it explains the error"
+    law = f"it may be {kinds}: measure where both differ" if followed.either else f"it isn't simply {kinds}"
+    law = law if kinds else "no known law of it explains the error"
     if followed.shape is Shape.LAG:
         law = "give joints and places of the same times, or measure at rest"
     if followed.shape is Shape.CARRIED:
-        law = "check the column 'payload', row by row and its unit"
+        law = "check the column 'payload', row by row and its unit, and where it hangs"
     return f"The error {followed.text}; {law}."
 
 

@@ -257,7 +257,8 @@ class _FrameTrial:
             self.freer[wide] = problem, factor_of(problem, problem.evaluate(x))
         problem, factor = self.freer[wide]
         held = tuple(f"{kind}." for kind, parts, _ in freedom.by_frame if not parts)
-        factor = factor.only(np.array([not name.startswith(held) for name in problem.names]))
+        if held:
+            factor = factor.only(np.array([not name.startswith(held) for name in problem.names]))
         square = factor.residual_square - factor.predicted_decrease()
         return _chance(self, problem, factor, square) < PROMISING
 
@@ -290,7 +291,8 @@ def check_known_base(
     own = freedom.tool or (tool if robot.tool.free is not Freedom.FIXED else ())
     for moved, parts in dict.fromkeys((("[base]", own), ("[base] and [tool]", tool))):
         aligned = align(robot, data, replace(freedom, base=base, tool=parts), noise=noise, known=known)
-        best, measured, unknown = _rms(aligned, data, known), count_measured(data), len(base) + len(parts)
+        best = Spread.of(row_errors(aligned, data, known=known).position).rms
+        measured, unknown = count_measured(data), len(base) + len(parts)
         if not off > MAX_BASE_ERROR_RATIO * best:
             continue
         if measured <= unknown:
@@ -304,11 +306,6 @@ def check_known_base(
             f"correct {moved} in its file, or set free = true there",
             column="base",
         )
-
-
-def _rms(arm: Robot, data: Dataset, known: Mapping[str, float] | None = None) -> float:
-    """Root mean square distance of the rows from an arm [m]."""
-    return Spread.of(row_errors(arm, data, known=known).position).rms
 
 
 def doubt_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tuple[str, bool]:
@@ -331,7 +328,7 @@ def doubt_of(robot: Robot, data: Dataset, errors: Errors, fitted: int) -> tuple[
     moved = ""
     for name, alone in (("base", FrameFreedom(base)), ("tool", FrameFreedom(tool=tool))):
         arm = align(robot, data, alone)
-        if not moved and _rms(arm, data) < ALIKE * best:
+        if not moved and Spread.of(row_errors(arm, data).position).rms < ALIKE * best:
             if name == "base":
                 shift = (predict(arm, data) - predict(robot, data))[:, :3, 3].mean(0)
             else:

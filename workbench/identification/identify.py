@@ -87,7 +87,7 @@ def identify(
     if not ready.identifiability.is_limited:
         some, first = ready.first_fit
         likely = with_expected_deviation(some, deviation, x=first.x).deviation
-        problem = ready.shared if likely is None else ready.shared.with_deviation(likely)
+        problem = ready.shared.with_deviation(likely)
         if len(chosen) == 1 and first.outcome.ok and first.factor and first.factor.seen.all():
             begin = first.x  # several are compared, and what is hardly observable stays where it starts
     runs = _runs(ready, problem, chosen, begin)

@@ -306,7 +306,12 @@ def _with_noise(
     if known is not None:
         whence = "from repeated poses" if noise is None else "as given"
         text = f"noise {whence}: {_noise_text(problem, known)}{on_top}"
-        return _with_tilts(problem, known), text, None
+        problem = problem.with_noise(known)
+        if problem.channels[2].any():  # that of additional inclinometers is estimated by a fit
+            found = Opt2(limit=60).search(problem)
+            left = noises.beyond_stated(problem, found.x, found.factor)
+            problem = problem if left is None else problem.with_noise(known._replace(tilt=left.tilt))
+        return problem, text, None
     whole, problem = problem, thinned(problem)
     found = first or Opt2(limit=60).search(problem)
     for k in range(MAX_NOISE_FITS_BEYOND_STATED if stated else MAX_NOISE_FITS):
@@ -331,16 +336,6 @@ def _with_noise(
     base = f" ({_noise_text(problem, floor)})" if floor is not None else ""
     text = f"noise as stated per row{base}, plus {text} of model error estimated from the residuals"
     return problem, text, near
-
-
-def _with_tilts(problem: Problem, noise: Noise) -> Problem:
-    """The problem with known noise; that of additional inclinometers is estimated by a fit."""
-    problem = problem.with_noise(noise)
-    if not problem.channels[2].any():
-        return problem
-    found = Opt2(limit=60).search(problem)
-    left = noises.beyond_stated(problem, found.x, found.factor)
-    return problem if left is None else problem.with_noise(noise._replace(tilt=left.tilt))
 
 
 def _noise_text(problem: Problem, noise: Noise) -> str:

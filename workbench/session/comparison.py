@@ -103,19 +103,17 @@ def compare(
         models: The arm of every stage that is known.
     """
     parts = [_compared(fitted, nominal, models)]
-    if checks is not None and len(checks):
-        parts.append(_compared(checks, nominal, models, held_out=True))
-    if kept_out is not None and len(kept_out):
-        parts.append(replace(_compared(kept_out, nominal, models), kept_out=np.full(len(kept_out), True)))
+    for kind, rows in (("held_out", checks), ("kept_out", kept_out)):
+        if rows is not None and len(rows):
+            marked: dict[str, Any] = {kind: np.full(len(rows), True)}
+            parts.append(replace(_compared(rows, nominal, models), **marked))
     columns: dict[str, Any] = {}
     for f in (f for f in fields(Comparison) if f.name != "models"):
         columns[f.name] = frozen(np.concatenate([getattr(part, f.name) for part in parts]))
     return Comparison(**columns, models=models)
 
 
-def _compared(
-    data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot], *, held_out: bool = False
-) -> Comparison:
+def _compared(data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot]) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
     to_base = np.empty((len(data), 4, 4))  # from the measuring frame
     for name in data.sessions:
@@ -129,7 +127,7 @@ def _compared(
     return Comparison(
         q=data.q,
         number=data.row,
-        held_out=np.full(len(data), held_out),
+        held_out=np.full(len(data), False),
         kept_out=np.full(len(data), False),
         measured=se3.apply(to_base, position),
         nominal=to_base @ expected,

@@ -5,7 +5,7 @@ import io
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -50,11 +50,9 @@ def next_poses_csv(session: Session) -> File:
     found = session.results.diagnosis
     if found is None or not len(found.measure_next):
         raise DataError("no diagnosis suggests poses; press Diagnose first")
-    shown = shown_joints(session.robot, np.asarray(found.measure_next)).round(4)
-    reasons = [reason.sentence for reason in found.next_reasons] or [""] * len(shown)
-    rows = ([*row, why] for row, why in zip(shown.tolist(), reasons, strict=True))
-    content = _csv([*_headings(session.robot), "tells"], rows)
-    return f"{stem_of(session.robot.name)}-next-poses.csv", content.encode()
+    reasons = [reason.sentence for reason in found.next_reasons] or [""] * len(found.measure_next)
+    content = _poses_csv(session.robot, np.asarray(found.measure_next), tells=reasons)
+    return f"{stem_of(session.robot.name)}-next-poses.csv", content
 
 
 def robot_toml(session: Session) -> File:
@@ -113,16 +111,14 @@ def fixture_zip(session: Session) -> NotedFile:
         for target, state in zip(session.plate.targets, session.states, strict=True)
     )
     plate = replace(session.plate, targets=targets)
-
     clear = [(k, state) for k, state in enumerate(session.states, start=1) if state.measurable]
     q = np.array([state.q for _, state in clear]).reshape(-1, session.robot.dof)
-    shown = shown_joints(session.robot, q).round(4).tolist()
-    rows = ([*row, k, state.branch] for row, (k, state) in zip(shown, clear, strict=True))
-    poses = _csv([*_headings(session.robot), "target", "branch"], rows)
+    targets_of, branches = [k for k, _ in clear], [state.branch for _, state in clear]
+    poses = _poses_csv(session.robot, q, target=targets_of, branch=branches)
 
     def write(folder: Path) -> ExportedPlate:
         made = export_plate(plate, folder)
-        (folder / "poses.csv").write_bytes(poses.encode())
+        (folder / "poses.csv").write_bytes(poses)
         return made
 
     content, made = _written("fixture", write)
@@ -166,11 +162,12 @@ def stem_of(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "file"
 
 
-def _headings(robot: Robot) -> list[str]:
-    return [f"q{i + 1}[{'mm' if slides else 'deg'}]" for i, slides in enumerate(sliding(robot))]
-
-
-def _csv(head: list[str], rows: Iterable[list]) -> str:
-    out = io.StringIO()
-    csv.writer(out).writerows([head, *rows])
-    return out.getvalue()
+def _poses_csv(robot: Robot, q: np.ndarray, **more: list) -> bytes:
+    """A table of postures, with more columns by their headings."""
+    heads, out = (
+        [f"q{i}[{'mm' if slides else 'deg'}]" for i, slides in enumerate(sliding(robot), 1)],
+        io.StringIO(),
+    )
+    rows = zip(*shown_joints(robot, q).round(4).T.tolist(), *more.values(), strict=True)
+    csv.writer(out).writerows([[*heads, *more], *rows])
+    return out.getvalue().encode()

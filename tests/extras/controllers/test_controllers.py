@@ -23,9 +23,7 @@ def refusing(nominal: Robot) -> set[str]:
         is_ur = nominal.name.startswith("UR")
         if nominal.dof not in dofs or not turning or (nominal.dof == 6 and is_ur is not (name == "ur")):
             out.add(f"{name}-kinematics")
-    standard = nominal.convention in ("dh", "hayati") and all(
-        joint.kind == "revolute" for joint in nominal.joints
-    )
+    standard = nominal.convention in ("dh", "hayati") and {j.kind for j in nominal.joints} == {"revolute"}
     if not standard or any(row.get("beta") for row in _rows(nominal)):
         out.add("ur-calibration")
     return out
@@ -56,11 +54,13 @@ def test_kinematics_files_mean_the_arm_to_an_independent_reader(form, name, tmp_
     _, arm = calibrated(name)
     arm = arm.with_frames(tool=Frame())
     text = export_robot(FORMS[form], tmp_path / "k.yaml", Job(robot=arm), rows=5).path.read_text()
+    if form[0] == "f":  # link 7 is at the foot of its joint's axis, as in the maker's file
+        place = [float(v) for v in text.partition("joint7:")[2].split()[2:7:2]]
+        np.testing.assert_allclose(place, [0.088, 0.0, 0.0], atol=5e-3)
     head, inner = ("kinematics", "") if form[0] in "ux" else ("", "kinematic")
     pose = readers.kinematics_file(text, head, inner)
     q = any_joints(arm, 20, seed=1)
-    last = joint_frames(arm)
-    left = np.eye(4) if inner else se3.inverse(pose(np.zeros(arm.dof))) @ last.at_zero[-1]
+    left = np.eye(4) if inner else se3.inverse(pose(np.zeros(arm.dof))) @ joint_frames(arm).at_zero[-1]
     for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row) @ left, wanted, atol=EXACT)
 
@@ -73,9 +73,8 @@ def test_ur_files_have_the_vendors_frames_and_a_hash_of_their_own(tmp_path):
     table = yaml.safe_load(text.path.read_text())["kinematics"]
     assert table["shoulder"]["z"] == pytest.approx(0.089159)
     assert table["upper_arm"]["roll"] == pytest.approx(np.pi / 2)
-    assert table["wrist_1"] == pytest.approx(
-        {"x": -0.39225, "y": 0, "z": 0.10915, "roll": 0, "pitch": 0, "yaw": 0}
-    )
+    wrist = {"x": -0.39225, "y": 0, "z": 0.10915, "roll": 0, "pitch": 0, "yaw": 0}
+    assert table["wrist_1"] == pytest.approx(wrist)
     assert table["wrist_2"]["y"] == pytest.approx(-0.09465)
     assert table["hash"].startswith("calib_")
     other = export_robot(FORMS["ur-kinematics"], tmp_path / "o.yaml", Job(robot=calibrated("ur5")[1]), rows=5)
@@ -106,8 +105,9 @@ def test_frames_follow_those_of_a_file_that_is_brought_up_to_date(tmp_path):
         export_robot(form, tmp_path / "k.yaml", Job(robot=arm, source="kinematics:\n  joint1:\n    x: 0\n"))
 
 
-def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(tmp_path):
-    nominal, arm = calibrated("ur10")
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(seed, tmp_path):
+    nominal, arm = calibrated("ur10", seed)
     source = (
         "[mounting]\ndelta_theta = [ 0, 0, 0, 0, 0, 0]\ndelta_a = [ 0, 0, 0, 0, 0, 0]\n"
         "delta_d = [ 0, 0, 0, 0, 0, 0]\ndelta_alpha = [ 0, 0, 0, 0, 0, 0]\njoint_checksum = [ 0x6e0f7bf]\n"
@@ -118,19 +118,19 @@ def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(t
     text = export_robot(form, tmp_path / "calibration.conf", job, rows=20).path.read_text()
     assert "joint_checksum = [ 0x6e0f7bf]" in text
     assert len(text.splitlines()) == len(source.splitlines())
+    alpha = next(line for line in text.splitlines() if line.startswith("delta_alpha"))
+    assert max(abs(float(v)) for v in alpha.split("[")[1].strip(" ]").split(",")) < 0.05  # no axis reversed
     rows = np.array([[t[c] for c in ("theta", "d", "a", "alpha")] for t in _rows(nominal)])
     pose = readers.ur_controller(text, rows)
     q = any_joints(arm, 20, seed=1)
     left = se3.inverse(pose(np.zeros(6))) @ flanges(arm, np.zeros((1, 6)))[0]
     for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row) @ left, wanted, atol=EXACT)
-    again = form.read(text, job)
-    assert again.convention == "dh"
+    assert form.read(text, job).convention == "dh"
     for wrong in ("panda", "ur5"):
+        other = Job(robot=arm, nominal=load_robot(wrong), source=source if wrong == "panda" else "x = 1")
         with pytest.raises((OptionError, FileError)):
-            form.write(
-                Job(robot=arm, nominal=load_robot(wrong), source=source if wrong == "panda" else "x = 1")
-            )
+            form.write(other)
 
 
 def _rows(robot: Robot) -> list[dict]:

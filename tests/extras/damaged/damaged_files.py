@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import board_on_tool
 import numpy as np
 from binary_files import zipped
 from PIL import Image
@@ -29,17 +30,7 @@ OPTITRACK = (
     + "T,T,T,T,T,T,T\n,ID,1,1,1,1,1,1,1\n,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position\n"
     + "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z\n0,0,0,0,0,1,.1,.2,.3\n1,0.02,0,0,0,1,.1,.2,.3\n2,0.04,,,,,,,\n"
 )
-CAMERA = """[[camera]]
-name = "c"
-size = [640, 480]
-fx = 600.0
-fy = 600.0
-cx = 320.0
-cy = 240.0
-distortion = [0.01, 0.0, 0.0, 0.0, 0.0]
-mounted = "world"
-free = "auto"
-"""
+CAMERA = board_on_tool.CAMERA.replace("cell", "c") + 'mounted = "world"\n'
 TARGET = 'mounted = "tool"\n' + "".join(
     f"[[point]]\nid = {k}\ncorner = 0\nxyz = [{0.05 * (k % 2)}, {0.05 * (k // 2)}, 0.0]\n" for k in range(4)
 )

@@ -344,6 +344,7 @@ def write_measured(path, convention: str, table: list, q: np.ndarray, seen: str,
     at = VirtualArm(convention, rows, base=BASE, tool=TOOL).pose(q if joints is None else joints)
     corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.02]])[: 3 if many else 1]
     points = 1e3 * (np.einsum("rij,mj->rmi", at[:, :3, :3], corners) + at[:, None, :3, 3])
+    points[100:101] += 300.0  # one of many was mistaken
     heads = [f"m{m}{axis}[mm]" for m in (1, 2, 3) for axis in "xyz"] if many else ["X", "Y", "Z"]
     heads, cells = [*(f"J{k}" for k in range(1, 7)), *heads], [np.rad2deg(q), points.reshape(len(q), -1)]
     if seen == "poses":
@@ -377,7 +378,9 @@ def test_a_table_is_read_by_what_a_tracker_measured(run, tmp_path, convention, t
     write_measured(rows, convention, table, q, seen, joints=q * turns)
     code, message, error = run("new", path, "--poses", rows, "--out", out, "--json", told)
     assert code == 0, error
-    assert mentions(message, "modified DH" if convention == "craig" else "standard DH", f"{number} rows")
+    kind = "modified DH" if convention == "craig" else "standard DH"
+    words = kind, f"{number} rows", "rows 100 (rows count from 0) don't count"
+    assert mentions(message, *words[: 2 + (number > 100)])
     found = json.loads(told.read_text())
     changes = [change for change in found["changes"] if change.startswith("joint ")]
     assert changes == [f"joint {k + 1} = -q{k + 1}" for k in inverted]

@@ -125,7 +125,7 @@ def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     for row, does in ((1, "Exclude data row 1 (doesn't stand out)"), (0, "Use data row 0 again")):
         change(app, "Data row", row)
         assert app.worker.wait()
-        named = f"Data row {row}</b> from 0, {row + 1} from 1 ({'' if row else 'excluded'}"
+        named = f"Data row {row}</b> (from 0; {'' if row else 'excluded'}"
         assert named in html_of(app, "residuals")
         assert not any(is_off(label) for label in (*labels[:3], does))
 

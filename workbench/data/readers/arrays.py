@@ -353,10 +353,8 @@ def _is_known(name: str, shape: tuple[int, ...]) -> bool:
 
 def _headings(name: str, shape: tuple[int, ...]) -> list[str]:
     """Headings of the columns of an array; none if it is no set of columns."""
-    name, said = parse_heading(name)
-    plain, _, ending = name.lower().rpartition("_")
-    is_unit = not said and ending in ("deg", "rad", "mm", "m")
-    plain, unit = (plain, f"[{ending}]") if is_unit else (name.lower(), f"[{said}]" if said else "")
+    (plain, unit), (name, said) = headings.unit_apart(name), parse_heading(name)
+    plain, unit = plain.lower(), f"[{unit}]" if unit else ""
     if shape in _MATRICES and not headings.is_commanded(name):
         return [f"{_MATRICES[shape]}{i + 1}{j + 1}" for i, j in np.ndindex(shape)]
     if len(shape) != 1:

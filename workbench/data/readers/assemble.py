@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.arm.joint_units import sliding_numbers
+from workbench.arm.robot import Robot
 from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.remedy import remedy
@@ -57,7 +59,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
 
     Args:
         fields: Columns in SI.
-        joints: Number of joints that the robot has, or their names; None: as many as the file names.
+        joints: Of the robot, or None: as many as the file names.
         beside: What was observed otherwise, one number or more a row by its name, NaN where a row has none.
     """
     if beside is None and {"u", "v", "id"} <= set(fields.values):
@@ -113,7 +115,7 @@ def assemble(fields: Fields, *, joints: Joints, beside: Mapping[str, np.ndarray]
         row=row,
         counter=counter,
         place=np.arange(fields.rows),
-        joint_units=joint_units(fields),
+        joint_units=tuple(fields.units.get(f"q{i}", "") for i in fields.numbers(r"q(\d+)")),
         missing_units=fields.missing_units,
         unread={k: np.array(v, object) for k, v in fields.unread.items() if 1 < len(set(v)) <= MAX_PARTS},
         **_plain(fields, q.shape[1]),
@@ -202,7 +204,8 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
     """Joint positions [rad or m] from q1 … qN; with `some` also if there are more, as measured rows tell
     which of them move joints."""
     numbers = fields.numbers(r"q(\d+)")
-    wanted = joints if isinstance(joints, int | None) else len(joints)
+    names = joints.joint_names if isinstance(joints, Robot) else joints
+    wanted = names if isinstance(names, int | None) else len(names)
     if not numbers:
         paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
         given = remedy(", or give a table of joints (--joints)", page="")
@@ -212,7 +215,8 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
     if wanted is not None and (len(numbers) < wanted or (len(numbers) > wanted and not some)):
         there = f"the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]})"
         lacks, read = max(wanted - len(numbers), 0), [fields.headings[f"q{k}"] for k in numbers]
-        more = unread_text(fields.unread, f"q{numbers[-1] + 1}", lacks=lacks, read=read)
+        slides = sliding_numbers(joints) if isinstance(joints, Robot) else ()
+        more = unread_text(fields.unread, f"q{numbers[-1] + 1}", lacks, read, slides)
         how = f"choose the robot that has them{more * (lacks > 0)}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
         raise ShapeError(text, expected=wanted, found=len(numbers))
@@ -225,11 +229,6 @@ def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
         wanted = f"call them {name.format(1)}, {name.format(2)}, … without a gap"
         text = f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: {wanted}"
         raise FileError(text, path=fields.source)
-
-
-def joint_units(fields: Fields) -> tuple[str, ...]:
-    """Unit of each joint's column, as the file has it; empty where it has none."""
-    return tuple(fields.units.get(f"q{i}", "") for i in fields.numbers(r"q(\d+)"))
 
 
 def _check_range(fields: Fields) -> None:
@@ -263,9 +262,7 @@ def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
 def _plain(fields: Fields, joints: int) -> dict[str, Any]:
     """Labels and numbers, which are taken as they are; those of other packages together."""
     plain, more = dict[str, Any](), dict[str, Any]()
-    for column in known_columns().values():
-        if not column.kept or column.name in ("exclude", "reason"):
-            continue
+    for column in (c for c in known_columns().values() if c.kept and c.name not in ("exclude", "reason")):
         values = fields.values.get(column.name)
         if column.per is Per.JOINT:
             wrong = [i for i in fields.numbers(rf"{column.name}(\d+)") if not 1 <= i <= joints]

@@ -55,9 +55,9 @@ MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
 """Rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
 _REFERENCE = re.compile(r"(^|_)(ref|reference)\d*(_|$)")
 """A goal, or, beside what isn't said to be reached, what an instrument measured."""
-_RATE = re.compile(r"[qj]_?d_?\d|d[qj]_?\d")
-"""Names of joints' velocities, or of where they should be."""
-_DEVIATION = re.compile(r"(d|delta|dev|deviation|diff|err|error)_?x|x_?(delta|dev|deviation|diff|err|error)")
+_RATE = re.compile(r"(^|_)([qj]_?d+_?\d|d[qj]_?\d|(current|speed|velocity|acceleration|force)s?(_|$|\d))")
+"""Names of joints' velocities, or of where they should be, and of what is neither a joint nor a place."""
+_DEVIATION = re.compile(r"(d|delta|dev\w*|diff?|err\w*)_?[xyz]|[xyz]_?(delta|dev\w*|diff?|err\w*)")
 
 
 def dates_in(cells: Sequence[str]) -> list[tuple[Float[np.ndarray, " rows"], datetime]]:
@@ -91,7 +91,8 @@ class TableColumn:
         conversion: To SI; None for labels, dates and columns that are left out.
         remark: A decision to be said; empty if there is none.
         problem: Why it can't be read.
-        missing_unit: The same of one that the rows may tell; until then the likeliest is converted.
+        missing_unit: What is wrong where it has no unit; one that the rows may tell is converted from the
+            likeliest until then.
         si: Our unit; None where the file's is missing or there is none.
         cells: What stands in it, as text.
     """
@@ -103,7 +104,7 @@ class TableColumn:
     conversion: Conversion | None = None
     remark: str = ""
     problem: WorkbenchError | None = None
-    missing_unit: UnitError | None = None
+    missing_unit: str = ""
     si: str | None = None
     cells: tuple[str, ...] = ()
 
@@ -170,7 +171,7 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
         number = re.fullmatch(r"(.*\D)(\d{1,2})", normalised(name))
         if name != IGNORED and not any(map(NUMBER.fullmatch, c.cells)):
             words += [c.index] if MIN_ANCHORED * len({*c.cells}) <= len(c.cells) else []
-        elif unit and suits(unit, "x"):
+        elif unit and suits(unit, "x") and not _DEVIATION.fullmatch(normalised(name)):
             lengths[c.index] = name
         elif unit and suits(unit, "q1") and number:
             counted[number[1]][int(number[2])] = c.index
@@ -210,14 +211,14 @@ def _column(table: Table, index: int, key: str | None) -> TableColumn:
 
 def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) -> TableColumn:
     """The column with its conversion to SI, or with the problem that it has none."""
-    if column.key is None or not (quantities := quantities_of(column.key)):
+    if (key := column.key) is None or not (quantities := quantities_of(key)):
         return column
-    if column.key == "time" and dates_in(table.columns[column.index][:1]):
+    if key == "time" and dates_in(table.columns[column.index][:1]):
         how = "holds dates, read as seconds from the first row"
         if doubt := _doubt_of_dates(table, column.index):
             how = f"is left out, as its {doubt}; write 2024-03-25 16:39:04"
         return replace(column, key=None if doubt else "time", unit=None, remark=f"'{column.heading}' {how}")
-    if column.key == "time" and column.unit is None:
+    if key == "time" and column.unit is None:
         largest = np.fmax.reduce(numbers_in(column.cells), initial=0.0)
         for k, unit in enumerate(("s", "ms", "us", "ns")):
             if UNIX[0] < largest / 1e3**k < UNIX[1]:
@@ -225,8 +226,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
                 return replace(column, unit=unit, conversion=conversion(unit, *quantities), remark=how)
     if column.unit is None and quantities[0] is not Quantity.NUMBER:
         wanted = EXAMPLES[quantities[0]]
-        has_place = column.key == "distance" and any(c.key == "x" for c in columns)
-        if has_place or NOT_NEEDED.fullmatch(column.key):
+        has_place = key == "distance" and any(c.key == "x" for c in columns)
+        if has_place or NOT_NEEDED.fullmatch(key):
             remark = f"'{column.heading}' has no unit and is left out; write '{column.heading}[{wanted}]'"
             return replace(column, key=None, remark=remark)
         offered = wanted.split(" or ")
@@ -234,17 +235,16 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
         largest = max(np.fmax.reduce(abs(numbers_in(table.columns[k])), initial=0.0) for k in alike)
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
-        option = f"give columns='{column.key}[{first}]={column.heading}' (--columns)"
+        option = f"give columns='{key}[{first}]={column.heading}' (--columns)"
         header = f"write '{column.heading}[{first}]' in the header ({wanted}, whichever applies)"
         more = f", or {remedy(option, page=CHOOSE_ON_PAGE)}" if table.has_option else ""
-        missing = UnitError(str(table.error(f"the unit is missing: {header}{more}", column.index)), unit="")
-        if not _TOLD_BY_ROWS.fullmatch(column.key):
-            return replace(column, problem=missing)
-        return replace(column, unit=first, conversion=conversion(first, *quantities), missing_unit=missing)
+        missing = table.error(f"the unit is missing: {header}{more}", column.index)
+        column, is_told = replace(column, missing_unit=str(missing)), _TOLD_BY_ROWS.fullmatch(key)
+        return replace(column, unit=first, conversion=conversion(first, *quantities)) if is_told else column
     try:
         found = conversion(column.unit or "", *quantities)
     except UnitError as error:
-        if NOT_NEEDED.fullmatch(column.key) and column.key != normalised(parse_heading(column.heading).name):
+        if NOT_NEEDED.fullmatch(key) and key != normalised(parse_heading(column.heading).name):
             return TableColumn(index=column.index, heading=column.heading)
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
@@ -268,22 +268,21 @@ def _doubt_of_dates(table: Table, index: int) -> str:
 
 def problems(columns: tuple[TableColumn, ...]) -> list[WorkbenchError]:
     """What stands against reading the columns, whatever the rows tell; missing units are one sentence."""
-    lacks = missing_units([c for c in columns if isinstance(c.problem, UnitError) and not c.problem.unit])
-    others = [p for c in columns if (p := c.problem) and not (isinstance(p, UnitError) and not p.unit)]
-    return [UnitError(lacks, unit=""), *others] if lacks else others
+    lacks = missing_units([c for c in columns if not c.conversion])
+    found = [c.problem for c in columns if c.problem]
+    return [UnitError(lacks, unit=""), *found] if lacks else found
 
 
 def missing_units(columns: Sequence[TableColumn]) -> str:
     """What is wrong where columns lack units; empty where none does."""
-    found = [(c.heading, error) for c in columns if (error := c.missing_unit or c.problem)]
-    more = f" (likewise {listed([heading for heading, _ in found[1:]])})" if found[1:] else ""
-    return f"{found[0][1]}{more}" if found else ""
+    found = [c for c in columns if c.missing_unit]
+    more = f" (likewise {listed([c.heading for c in found[1:]])})" if found[1:] else ""
+    return f"{found[0].missing_unit}{more}" if found else ""
 
 
 def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
-    joints = [c for c in columns if re.fullmatch(r"q\d+", c.key or "")]
-    plainly = [c for c in joints if c.remark == f"'{c.heading}' is read as {c.key}"]
+    plainly = [c for c in columns if re.fullmatch(r"'.*' is read as q\d+", c.remark)]
     renamed = {f"'{c.heading}'": str(c.key) for c in plainly}
     renamed = renamed if len(renamed) > 1 and [*renamed.values()] == sorted(renamed.values()) else {}
     notes = [f"{span([*renamed])} are read as {span([*renamed.values()])}"] if renamed else []
@@ -298,30 +297,41 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     return (*dict.fromkeys(notes), *((f"columns left out: {listed(left_out)}",) if left_out else ()))
 
 
-def unread_text(columns: Mapping[str, Sequence[str]], key: str, lacks: int = 0, read: Sequence = ()) -> str:
+def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (), at: Sequence = ()) -> str:
     """Columns that are left out, by heading, and how to say what they are, from `key` on; empty without any.
 
-    Of joints so many are lacking (0: not known), and those under the headings `read` are there.
+    Of joints so many are lacking (0: not known), those under the headings `read` are there, and a lone one
+    that is left out may stand in the places `at` among them.
     """
     numbers = (n for n, own in columns.items() if any(map(NUMBER.fullmatch, own)))
     unread = [name for name in numbers if headings.meaning_of(name) != "time"]
-    fitting = [n for n in unread if (unit := headings.unit_apart(n)[1]) is None or suits(unit, key)]
+    long = [n for n in unread if key == "x" and len(columns[n]) > MIN_ROWS]  # states, times step one way
+    signs = {n: {*np.sign(np.diff(numbers_in(tuple(columns[n])))).tolist()} for n in long}
+    varied = [n for n in unread if not (_RATE.search(normalised(n)) or len(signs.get(n, "")) == 1)]
+    fitting = [n for n in varied if (unit := headings.unit_apart(n)[1]) is None or suits(unit, key)]
     own = [n for n in unread if key == "x" and headings.CONTROLLER.search(n)]
     computed = [n for n in own if not headings.is_of_measurement(n)]
     likely = sorted(fitting, key=lambda n: n in computed or is_commanded(n))
+    bare = {normalised(parse_heading(n).name): n for n in unread if key == "x" and not is_commanded(n)}
+    told = headings.known_together({n: columns[h] for n, h in bare.items()}).items()
+    places = {k: bare[n] for n, k in told}
+    likely = [places[axis] for axis in "xyz"] if {*"xyz"} <= places.keys() else likely
     left_out = listed(unread, longest=3)
     if len(likely) < (lacks or 1):
-        return f"; the columns left out ({left_out}) have other units" if unread and not likely else ""
+        return f"; the columns left out ({left_out}) have other units" if varied and not likely else ""
+    if off := [name for plain, name in bare.items() if _DEVIATION.fullmatch(plain)]:
+        return f"; {span(off)} are deviations: write nominal + deviation in columns x[mm], y[mm], z[mm]"
     if key == "x":
-        sets = _triples(dict(enumerate(unread)), has_actual=False)  # a controller's, an instrument's
+        sets = _triples({} if places else dict(enumerate(unread)), has_actual=False)  # as of an instrument
         distance = f"distance{'[mm]' * (headings.unit_apart(likely[0])[1] is None)}"
-        ways = [zip("xyz", (unread[k] for k in own), strict=True) for own in sets]
-        ways = ways or [zip("xyz" if len(likely) > 2 else [distance], likely, strict=False)]
+        ways = [[*zip("xyz", (unread[k] for k in own), strict=True)] for own in sets]
+        ways = ways or [[*zip("xyz" if len(likely) > 2 else [distance], likely, strict=False)]]
     else:
         joints = [f"q{k}" for k in range(1, int(key[1:]) + len(likely))]
-        ways = [zip(joints[int(key[1:]) - 1 :], likely[: lacks or None], strict=False)]
-        if read and len(likely) == 1:  # which may be an axis that carries the arm
-            ways.append(zip(joints, [*likely, *read], strict=True))
+        at = (at or (len(read), 0)) if read and len(likely) == 1 else (len(read),)  # a rail may be first
+        orders = ([*read[:k], *likely[: lacks or None], *read[k:]] for k in at)
+        known = {*zip(joints, read, strict=False)}
+        ways = [[pair for pair in zip(joints, own, strict=False) if pair not in known] for own in orders]
     says = (",".join(f"{k}={parse_heading(name).name}" for k, name in way) for way in ways)
     options = listed([*says]).replace("', '", "' or '")
     named = f" with columns={options}" * (len(options) < LONGEST)  # a part of them helps nobody
@@ -376,7 +386,7 @@ def told_twice(table: Table, used: Mapping[str, int], unread: Mapping[int, str])
 
 def _beside(table: Table, joints: list[int], unread: Mapping[int, str]) -> list[list[int]]:
     """Of each joint the column that stays nearest to it, where all that move have one that isn't a copy."""
-    read = (k for k, h in unread.items() if not (is_commanded(h) or _RATE.match(normalised(h))))
+    read = (k for k, h in unread.items() if not (is_commanded(h) or _RATE.search(normalised(h))))
     others = [k for k in read if NUMBER.fullmatch(table.columns[k][0])]
     if len(others) < len(joints):
         return []

@@ -22,6 +22,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.units import parse_heading
 
@@ -38,8 +39,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 _SAME = ("p xyz", "position xyz", "quaternion quat", "wxyz quat", "xyzw quat_xyzw", "rotation matrix")
 GROUPS |= {name: GROUPS[own] for name, own in map(str.split, _SAME)}
-Joints = int | Sequence[str] | None
-"""Number of joints of a robot, or their names in order; None: not known."""
+Joints = int | Sequence[str] | Robot | None
+"""A robot, the names of its joints in order, or their number; None: not known."""
 IGNORED = "-"
 """Leaves a column out."""
 UNITLESS = re.compile(r"r\d\d|q[wxyz]|direction\d+")

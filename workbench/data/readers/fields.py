@@ -130,7 +130,6 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
             raise table.error(f"'{cells[row][:40]}' {wrong}", time.index, row)
         values["time"], began = dates[0]
     unread = {c.index: c.heading for c in columns if c.key is None and c.heading}
-    places = {key: column.index for key, column in used.items()}
     return Fields(
         source=table.source,
         lines=table.lines,
@@ -141,7 +140,7 @@ def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
         notes=table.notes + column_meanings.decisions(columns),
         unread={heading: tuple(table.columns[k]) for k, heading in unread.items()},
         missing_units=column_meanings.missing_units(columns),
-        told_twice=column_meanings.told_twice(table, places, unread),
+        told_twice=column_meanings.told_twice(table, {k: c.index for k, c in used.items()}, unread),
     )
 
 

@@ -75,8 +75,8 @@ _MATRIX = [f"r{i}{j}" if j < 4 else "xyz"[i - 1] for i in (1, 2, 3) for j in (1,
 _OBSERVED = re.compile(r"(sigma_)?(r?[xyz]|roll|pitch|yaw)|q[wxyz]|r\d\d|zxz_\w+|m\d+[xyz]|tilt_\w+")
 _NOT_MEASURED = re.compile(r"time|payload|temperature|torque\d+|session|group|exclude")
 _ENTRY = re.compile(r"(\w*?[a-z])_?(\d)(?:_?(\d))?", re.ASCII)
-_POSES = {6: ("x", "y", "z", "rx", "ry", "rz"), 7: ("x", "y", "z", "qx", "qy", "qz", "qw")}
-"""Places and orientations in six or seven numbers; the rows tell which these are."""
+_TURNS = {3: (), 6: ("rx", "ry", "rz"), 7: ("qx", "qy", "qz", "qw")}
+"""Orientations of a place and that in so many numbers; the rows tell which these are."""
 _NUMBERED = [[f"{i}{j}" for i, j in product(digits, repeat=2)] for digits in ("1234", "0123")]
 _NUMBERED += [[str(k) for k in range(first, first + 16)] for first in (0, 1)]
 _SIX, _QUATERNION = [f"q{i}" for i in range(1, 7)], ("qw", "qx", "qy", "qz")
@@ -191,8 +191,8 @@ def numbers_in(cells: tuple[str, ...]) -> Float[np.ndarray, " rows"]:
 def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Sequence[str]]]:
     """Names of numbers of poses, tcp_pose_0 … 6, t11 … t34 or t0 … t15, and their keys.
 
-    The last row of a matrix tells entries by columns; numbered ones must have it. Six or seven of `position`
-    are a pose where joints stand beside it, and nothing that was measured.
+    The last row of a matrix tells entries by columns; numbered ones must have it. Numbers of `position` or
+    `tcp` are a pose where joints stand beside it, and nothing that was measured.
     """
     others = {key for name in columns if (key := meaning(name)) and not _NOT_MEASURED.fullmatch(key)}
     beside_joints = bool(others) and all(re.fullmatch(r"q\d+", key) for key in others)
@@ -210,9 +210,9 @@ def _poses(columns: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], Se
                 break
         if stem in ("t", "m", "h") and all(rows[:12]) and not any(rows[12:]):
             yield rows[:12], _MATRIX
-        is_pose = stem.endswith(("pose", "posx")) or (stem == "position" and beside_joints)
-        if is_pose and count in _POSES and set(own) == set(numbers[:count]):
-            yield rows[:count], _POSES[count]
+        is_pose = stem.endswith(("pose", "posx")) or (stem in ("position", "tcp") and beside_joints)
+        if is_pose and count in _TURNS and set(own) == set(numbers[:count]) and (count > 3 or stem == "tcp"):
+            yield rows[:count], (*"xyz", *_TURNS[count])
 
 
 def _says(words: re.Pattern[str]) -> Callable[[str], bool]:

@@ -102,10 +102,8 @@ def _matrices(form: Form, fields: Fields, usable: np.ndarray) -> tuple[np.ndarra
         raise fields.error(text, row, form.keys[0])
     rows = ~np.isnan(raw).any(1) & (off <= tolerance)
     matrices, worst = np.full((fields.rows, 3, 3), np.nan), off[rows & usable].max(initial=0.0)
-    if worst > MAX_SILENT or form.convention != "matrix":
-        matrices[rows] = _MATRICES[form.convention](raw[rows])
-    else:  # bit by bit
-        matrices[rows] = raw[rows].reshape(-1, 3, 3)
+    is_kept = worst <= MAX_SILENT and form.convention == "matrix"  # bit by bit
+    matrices[rows] = raw[rows].reshape(-1, 3, 3) if is_kept else _MATRICES[form.convention](raw[rows])
     return matrices, (f"{what} by up to {worst:.1g}; mended",) if worst > MAX_SILENT else ()
 
 

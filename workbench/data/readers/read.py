@@ -74,8 +74,8 @@ def read_measurements(
             pandas or polars frame whose columns have headings like those of a file (`q1[deg]`, `x[mm]` …).
         columns: What the columns are, for files whose headings do not say, by heading, `{"A 1": "q1[deg]"}`,
             or in order, `"q1[deg],…,-,x[mm]"`; joints of the joint table as well.
-        joints: Number of joints of the robot, or their names in order, by which its columns may be
-            called; None: as many as the file names.
+        joints: The robot, or the names of its joints in order, by which columns may be called, or their
+            number; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
         sheet: Sheet of a workbook; None: the one with headings that are known.
         joint_table: File with the joints of measurements that have none of their own, such as a robot's log;
@@ -120,7 +120,7 @@ def preview(
         wrong = [error]
     held = dataset or fields or found
     return Preview(
-        columns=tuple(c if c.missing_unit is None else replace(c, unit=None) for c in understood),
+        columns=tuple(replace(c, unit=None) if c.missing_unit else c for c in understood),
         rows=0 if found is None else len((fields or found).lines),
         joints=sum(re.fullmatch(r"q\d+", column.key or "") is not None for column in understood),
         layout=name or "plain",

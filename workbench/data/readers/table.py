@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import accumulate, chain, groupby, pairwise, repeat
 from typing import NamedTuple
 
+from workbench.arm.robot import Robot
 from workbench.base.errors import FileError, OptionError
 from workbench.base.remedy import remedy
 from workbench.base.units import is_unit, parse_heading
@@ -103,18 +104,14 @@ def with_points(grid: Grid) -> Grid:
     for k in [k for k, cell in enumerate(grid.rows[len(grid.rows) // 2]) if _OF_UNIT.fullmatch(cell)]:
         cells = enumerate("".join(row[k : k + 1]) for row in grid.rows)
         found = {i: match for i, cell in cells if (match := _OF_UNIT.fullmatch(cell))}
-        above, units = grid.rows[min(found) - 1][k : k + 1], {match[2] for match in found.values()}
-        said = {parse_heading(cell).unit for cell in above} - {None} | units
-        is_label = above and not quantities_of(meaning_of(parse_heading(above[0]).name) or "x")
-        if (
-            min(found)
-            and above
-            and not is_label
-            and len({str(unit).replace("°", "deg") for unit in said}) == 1
-        ):
-            grid.rows[min(found) - 1][k] = _with_unit(above[0], min(units))
-            for i, match in found.items():
-                grid.rows[i][k] = match[1]
+        units, begin = {match[2].replace("°", "deg") for match in found.values()}, min(found)
+        for heading in grid.rows[begin - 1][k : k + 1] if begin else ():
+            name, said = parse_heading(heading)
+            is_number = quantities_of(meaning_of(name) or "x")
+            if is_number and len(units | {said.replace("°", "deg")} if said else units) == 1:
+                grid.rows[begin - 1][k] = _with_unit(heading, min(units))
+                for i, match in found.items():
+                    grid.rows[i][k] = match[1]
     commas = [(cell, k) for k, row in enumerate(grid.rows) for cell in row if _COMMA.fullmatch(cell)]
     if not commas:
         return grid
@@ -276,7 +273,8 @@ def _said(grid: Grid, start: int, naming: Naming | None, joints: Joints) -> dict
 
 def _of_robot(cells: list[str], words: dict[str, str], joints: Joints) -> dict[str, str]:
     """What headings mean by the names of the robot's joints; some have joints' names in cells."""
-    names = [] if joints is None or isinstance(joints, int) else joints
+    joints = joints.joint_names if isinstance(joints, Robot) else joints
+    names = joints if isinstance(joints, Sequence) else ()
     places = {joint_name(words.get(cell, parse_heading(cell).name)): cell for cell in cells}
     called = [cell for name in names if (cell := places.get(joint_name(name))) is not None]
     keys = {cell: f"q{k}" for k, cell in enumerate(called, 1)}
@@ -318,13 +316,13 @@ def _table(
 def _fitted(grid: Grid, index: int, width: int) -> list[str]:
     """A row cut or filled to the width where only empty cells are at stake."""
     row = grid.rows[index]
-    if len(row) < width and not grid.is_text:
-        return row + [""] * (width - len(row))  # spreadsheets leave trailing cells out
-    if len(row) >= width and not any(row[width:]):
-        return row[:width]
+    filled = row if grid.is_text else row + [""] * width  # spreadsheets leave trailing cells out
+    if len(filled) >= width and not any(filled[width:]):
+        return filled[:width]
+    too_many = "remove some, as a comma that marks decimals can't separate fields too"
+    how = too_many if len(row) > width else "the line breaks off; add fields (- for none)"
     wrong = f"this row has {len(row)} fields but {width} are named"
-    why = "a comma that marks decimals can't separate fields too, and a file holds one table"
-    raise grid.error(f"{wrong}: add fields (- for none) or remove some, or delete the row; {why}", index)
+    raise grid.error(f"{wrong}: {how}, or delete the row; a file holds one table", index)
 
 
 def _first_data_row(rows: list[list[str]]) -> int:

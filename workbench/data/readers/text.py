@@ -29,7 +29,7 @@ def read_text(data: bytes, path: Path) -> Grid:
         line = bare.strip("|") if bare.startswith("|") else line  # as Markdown has it, with a rule
         if bare.startswith(COMMENTS) and not lines:
             comments.append(bare.lstrip("#%/ "))
-        elif bare.strip(" \t|:-") and not bare.startswith(COMMENTS):
+        elif bare.strip(" \t|:-,;") and not bare.startswith(COMMENTS):
             lines.append(line)
             numbers.append(number)
     if not lines:

@@ -50,7 +50,7 @@ from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
 from workbench.diagnosis.search.rounds import Searched
-from workbench.diagnosis.search.stepwise_search import kind_of
+from workbench.diagnosis.search.stepwise_search import by_claim
 from workbench.identification.problem import Noise
 
 MIN_RESIDUAL_SHARE = 0.1
@@ -83,7 +83,7 @@ def find_causes(
 def undecided(drivers: DriverEvidence) -> Model:
     """Laws of a model, other than events, that can't be told from other claims or from what has no law."""
     last = drivers.searched
-    groups = [g for g in _groups(last.model) if not (is_nameless(g[0]) or g[0].candidate.effect.is_event)]
+    groups = [g for g in by_claim(last.model) if not (is_nameless(g[0]) or g[0].candidate.effect.is_event)]
     challenged = zip(groups, drivers.challenges(groups), strict=True)
     is_open = (c.cap < PROBABLE or _against_rivals(last, g)[0] < PROBABLE for g, c in challenged)
     return tuple(t for g, each in zip(groups, is_open, strict=True) if each for t in g)
@@ -112,7 +112,7 @@ class _Terms:
 def _terms(searched: Searched, arm: Robot) -> list[_Terms]:
     """The model's terms by claim."""
     grams, model = searched.grams, searched.model
-    sized, groups = {e.names: e for e in arm.effects}, _groups(model)
+    sized, groups = {e.names: e for e in arm.effects}, by_claim(model)
     falls = np.array([validated(grams, drop(model, g)) for g in groups]) - validated(grams, model)
     middle = np.median(falls, axis=1)  # a linear fit to the others may fail for one fold
     sizes = np.sqrt(np.maximum(falls.shape[1] * middle, 0.0) / grams.count).tolist()
@@ -134,7 +134,8 @@ class _Judge:
         """Size from which terms are a cause."""
         grams, weighing = self.searched.grams, self.searched.stage.geometric_problem.typical_noise
         left = float(np.sqrt(validated(grams, self.searched.model).sum() / grams.count))
-        return max(MIN_NOISE_SHARE * _noise(left, weighing, self.known_noise), MIN_RESIDUAL_SHARE * left)
+        known = np.divide((self.known_noise or (np.inf, np.inf))[:2], weighing[:2])
+        return max(MIN_NOISE_SHARE * float(np.fmin.reduce([left, *known])), MIN_RESIDUAL_SHARE * left)
 
     def is_named(self, terms: _Terms) -> bool:
         """Whether terms are a cause; events always are, as they determine which arm is saved."""
@@ -197,14 +198,6 @@ class _Judge:
         return whole.twin(self.arm.dof) or FIRST_ROWS * (not whole.is_step)
 
 
-def _noise(left: float, weighing: Noise, known_noise: Noise | None) -> float:
-    """Standard deviation of a whitened component due to noise, at most that of the residual."""
-    if known_noise is None:
-        return left
-    ratios = np.array(known_noise[:2]) / np.array(weighing[:2])
-    return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
-
-
 def odds_over_time(searched: Searched) -> dict[Candidate, float]:
     """Odds of every event, drift and growth in the model against what follows the time without a law.
 
@@ -229,15 +222,6 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
             odds = min(odds, _against_rivals(searched, (term,))[0]) if is_sure else 0.0
         out[term.candidate] = odds
     return out
-
-
-def _groups(model: Model) -> list[Model]:
-    """Terms of one claim: those of one kind in several joints, every other term alone."""
-    out: dict[object, Model] = {}
-    for k, term in enumerate(model):
-        key: object = kind_of(term) if term.candidate.effect.of_many_joints else k
-        out[key] = (*out.get(key, ()), term)
-    return list(out.values())
 
 
 def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:

@@ -12,7 +12,7 @@
 | | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths, any constant |
 | two together | a joint's angle, load or motion, and another joint's angle | the joint, if it scatters |
-| place | where the tool is | frame |
+| place | where the tool is, what an instrument at the frame's origin reads of it | frame |
 | | a pull on the tool to a point, in proportion to the way to it, as by a hose | the joint |
 
 Over a load there are its simplest shapes besides, a line and a jump, which laws have too; over time and
@@ -58,8 +58,8 @@ from workbench.identification.problem import Problem
 ANGLE_LENGTHS, OTHER_LENGTH, TWO_LENGTH, MOTION_LENGTH = (0.25, 0.6, 1.5), 1.2, 0.8, 0.5
 """Correlation lengths over a joint's own angle, another's, sum and difference of two, and a motion's size
 [rad or m]."""
-LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH = (0.5, 1.5), 0.9, 0.35
-"""Likewise over loads [in their standard deviations], and over a temperature [in its range]."""
+LOAD_LENGTHS, ACROSS_LENGTH, WARM_LENGTH, READ_LENGTH = (0.5, 1.5), 0.9, 0.35, 0.05
+"""Likewise over loads [in their standard deviations], over a temperature and a reading [in their ranges]."""
 FEW = 6
 """Functions over a number, beside a line, of which each is multiplied with those over another."""
 CARRIED_LENGTH = 0.5
@@ -107,10 +107,11 @@ def driver_of(effect: AbstractEffect) -> Driver:
 
 class Shape(StrEnum):
     """The simplest dependences: in proportion, also under other gravity, on a load's sign alone, on time's
-    logarithm from some time on, by one delay of all joints, or as another payload through laws of load."""
+    logarithm from some time on, once, by one delay of all joints, or as another payload by laws of load."""
 
     LINE = "line"
     CREEP = "creep"
+    STEP = "step"
     TURNED = "turned"
     JUMP = "jump"
     LAG = "lag"
@@ -175,7 +176,8 @@ class Follower:
         effect = replace(self.candidate.effect, coefficients=(), key=key, features=shape, row=row)
         last = before[np.argmax(clock[clock < moment])], after[np.argmin(clock[clock >= moment])]
         phrase = self.phrase.replace(TIME, "a step between rows {} and {}".format(*last))
-        return Follower(self.driver, phrase, self.joints, Candidate(effect, np.eye(len(effect.names))))
+        own = Candidate(effect, np.eye(len(effect.names)))
+        return replace(self, phrase=phrase, candidate=own, shape=Shape.STEP)
 
     def as_lag(self, seconds: float) -> "Follower":
         """The same with the time after the joints' readings at which the arm seems to have been measured."""
@@ -515,6 +517,16 @@ def _places(rows: DrivenRows) -> Iterator[Follower]:
         squares = np.stack([p[:, i] * p[:, k] for i in range(3) for k in range(i, 3)], 1)
         shape = np.concatenate([p, squares - squares.mean(0)], 1)
         yield rows.follower(Driver.PLACE, "the tool's place", shape, kind=Insertion.DRIFT)
+        (x, y, z), level = place.T, np.maximum(np.linalg.norm(place[:, :2], axis=1), 1e-9)
+        far, aside = np.hypot(level, z), np.stack([-y, x, 0.0 * z], 1)
+        for what, read, way in (  # by an instrument at the origin
+            ("distance", far, place),
+            ("azimuth", np.arctan2(y, x), aside),
+            ("elevation", np.arctan2(z, level), np.cross(place, aside) / level[:, None]),
+        ):
+            wave, moved = smooth(read / max(np.ptp(read), 1e-9), READ_LENGTH), Insertion.DRIFT.frame[:3]
+            text, along = f"the {what} of the tool seen from the frame's origin", way[rows.order, :, None]
+            yield rows.follower(Driver.PLACE, text, wave, moved=moved, together=along, kind=Insertion.DRIFT)
 
 
 def _pulls(rows: DrivenRows) -> Iterator[Follower]:

@@ -153,7 +153,7 @@ class FollowedDriver:
         parts: Processes over it, the largest first.
         lead: Log odds against the best process over another driver …
         rival: … and that process; None without one.
-        laws: Kinds of effects of it that aren't all.
+        laws: Kinds of effects that aren't all of it, or that may be it where it can't be told from its rival.
     """
 
     driver: Driver
@@ -177,10 +177,14 @@ class FollowedDriver:
         return tuple(sorted({j for part in self.parts for j in part.followed}))
 
     @property
+    def either(self) -> tuple[Follower, ...]:
+        """The process that it can't be told from, if there is one."""
+        return (self.rival,) if self.rival is not None and self.confidence is Confidence.OPEN else ()
+
+    @property
     def text(self) -> str:
         """Clause that continues `The error`."""
-        rival = self.rival if self.confidence is Confidence.OPEN else None
-        other = "" if rival is None else f", or {followed_text((rival,))}"
+        other = f", or {followed_text(self.either)}" if self.either else ""
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
 
 

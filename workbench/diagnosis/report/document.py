@@ -39,17 +39,14 @@ def diagnosis_blocks(result: Diagnosis) -> list[Block]:
 def heading(result: Diagnosis) -> Iterator[Block]:
     fitted = len(result.after_fit.problem.data)
     rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
-    if len(result.outliers):
-        rows += f", {plural(len(result.outliers), 'outlier')}"
-    if result.excluded:
-        rows += f", {len(result.excluded)} excluded"
+    rows += f", {plural(len(result.outliers), 'outlier')}" * bool(len(result.outliers))
+    rows += f", {len(result.excluded)} excluded" * bool(result.excluded)
     yield Sentence(f"{result.robot.name}: {rows}", tone=Tone.STRONG)
 
 
 def verdict(result: Diagnosis) -> Iterator[Block]:
-    tone = TONES.get(result.verdict, Tone.BAD)
-    if result.verdict in (Verdict.EXPLAINED, Verdict.NO_EFFECT) and not result.is_good:
-        tone = Tone.CAREFUL
+    is_doubted = result.verdict in (Verdict.EXPLAINED, Verdict.NO_EFFECT) and not result.is_good
+    tone = Tone.CAREFUL if is_doubted else TONES.get(result.verdict, Tone.BAD)
     yield Sentence(f"{result.verdict_text}: {result.message}", tone=tone)
 
 
@@ -74,10 +71,11 @@ def budget_bars(found: Diagnosis) -> Bars:
     parts = sizes * np.sqrt(max(whole**2 - rest**2, 0.0) / max(sizes @ sizes, 1e-12))
     each = zip(found.causes, parts.tolist(), strict=True)
     rows = [Bar(capital(c.plain), v, CALIBRATED, SAID.get(c.confidence, c.confidence)) for c, v in each]
-    rows += [Bar("Predicted, unnamed", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
+    rows += [Bar("Learned correction", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
     title = f"Parts of the {compared(whole)} mm after geometry, adding in squares"
     rows.append(Bar("Remaining", left, NOMINAL))
-    return Bars(rows, title, testid="budget") if np.isfinite(whole) else Bars((), testid="budget")
+    has_parts = len(rows) > 1 and np.isfinite(whole)
+    return Bars(rows, title, testid="budget") if has_parts else Bars((), testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:
@@ -130,10 +128,8 @@ def next_poses(result: Diagnosis) -> Iterator[Block]:
         return
     q = shown_joints(result.calibrated, result.measure_next)
     reasons = [reason.sentence for reason in result.next_reasons] or [""] * len(q)
-    rows = [
-        (str(k), reason, *(signed(v, 1) for v in joints))
-        for k, (joints, reason) in enumerate(zip(q, reasons, strict=True), 1)
-    ]
+    each = enumerate(zip(q, reasons, strict=True), 1)
+    rows = [(str(k), reason, *(signed(v, 1) for v in joints)) for k, (joints, reason) in each]
     joints = (f"q{j}\n[{unit.strip()}]" for j, unit in enumerate(shown_units(result.calibrated), 1))
     yield ResultTable("Measure next", ("pose", "what it determines", *joints), rows, words=2)
 

@@ -31,7 +31,7 @@ from workbench.arm.effects.events import (
 )
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, Remainder, left_of, projection
+from workbench.diagnosis.search.evidence import MIN_INDEPENDENT_SHARE, Model, left_of, projection
 from workbench.diagnosis.search.gram_matrices import MIN_COLUMN_LENGTH, Grams
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
@@ -159,9 +159,9 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     the pieces of the history of what these kinds may change."""
     if grams.history is None or not kinds:
         return []
-    search = _EventSearch.of(grams, model)
-    history = grams.history[:, :, search.columns]
-    running, size = history.cumsum(0), len(search.columns) - history.shape[1]
+    columns, gains_of = _event_gains(grams, model)
+    history = grams.history[:, :, columns]
+    running, size = history.cumsum(0), len(columns) - history.shape[1]
     is_place = (line.before >= MIN_SIDE) & (line.before <= len(line.row) - MIN_SIDE)
     if np.ptp(line.session):
         is_place &= (line.sides[:, 0] == 0) | (line.sides.min(1) >= MIN_SIDE)
@@ -174,14 +174,14 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
         if len(steps):
             before = running[steps - 1, mine]
             sides = [before, running[-1, mine] - before] if kind.is_known else [before]
-            gains = np.stack([search.gains(s[:, :, :size], s[:, :, size:][:, :, mine]) for s in sides])
+            gains = np.stack([gains_of(s[:, :, :size], s[:, :, size:][:, :, mine]) for s in sides])
             side, place = divmod(int(np.argmax(gains)), len(steps))
             if gains[side, place] > 0.0:
                 step = line.timed(kind.event, line.first[steps[place]], known_before=bool(side))
                 found.append(Candidate(step, tries=EVENT_PRIOR_ODDS * gains.size))
         if len(weights) and not isinstance(kind.event, ToolStep):
             sums, squares = (np.tensordot(w, history[:, mine], 1) for w in (weights, weights**2))
-            gains = search.gains(sums[:, :, :size], squares[:, :, size:][:, :, mine])
+            gains = gains_of(sums[:, :, :size], squares[:, :, size:][:, :, mine])
             best = int(np.argmax(gains))
             if gains[best] > 0.0 and best + 1 < len(PACES):
                 pace, ordered = float(PACES[best] * span), line.clock[line.order]
@@ -192,48 +192,29 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class _EventSearch:
-    """Residuals of a model, and how much of any other column it explains.
+def _event_gains(
+    grams: Grams, model: Model
+) -> tuple[Int[np.ndarray, " n1u"], Callable[[np.ndarray, np.ndarray], Float[np.ndarray, " places"]]]:
+    """Columns of the history that are needed: those of a model, the residual, what may change; and the log
+    evidence of an event at each place, by the inner products (places, k, ·) of its columns with those of the
+    model and the residual, and with each other."""
+    assert grams.history is not None, "the history was requested"
+    (used, project), size, left = projection(grams, model), len(grams.total), left_of(grams, model)
+    explained = project(grams.total[-1:, used])[0]
 
-    Args:
-        left: The residuals.
-        project: Of `projection`.
-        explained: What the model explains of the residual.
-        columns: Columns of the history that are needed: those of the model, the residual, what may change.
-    """
-
-    left: Remainder
-    project: Callable[[np.ndarray], np.ndarray]
-    explained: Float[np.ndarray, " n"]
-    columns: Int[np.ndarray, " n1u"]
-
-    @classmethod
-    def of(cls, grams: Grams, model: Model) -> "_EventSearch":
-        assert grams.history is not None, "the history was requested"
-        (used, project), size = projection(grams, model), len(grams.total)
-        needed = np.concatenate([used, np.arange(size - 1, grams.history.shape[2])])
-        return cls(left_of(grams, model), project, project(grams.total[-1:, used])[0], needed)
-
-    def gains(
-        self, sums: Float[np.ndarray, "places k n1"], raw: Float[np.ndarray, "places k k"]
-    ) -> Float[np.ndarray, " places"]:
-        """Log evidence of an event at each time.
-
-        Args:
-            sums: Inner products of its columns with those of the model, and with the residual.
-            raw: Inner products of its columns with each other.
-        """
+    def gains(sums: np.ndarray, raw: np.ndarray) -> np.ndarray:
         places, k, _ = sums.shape
-        half = self.project(sums[:, :, :-1].reshape(places * k, -1)).reshape(places, k, -1)
-        along = sums[:, :, -1] - half @ self.explained
+        half = project(sums[:, :, :-1].reshape(places * k, -1)).reshape(places, k, -1)
+        along = sums[:, :, -1] - half @ explained
         length = np.sqrt(np.maximum(np.diagonal(raw, axis1=1, axis2=2), MIN_COLUMN_LENGTH**2))
         inner = (raw - half @ half.transpose(0, 2, 1)) / (length[:, :, None] * length[:, None, :])
         value, vectors = np.linalg.eigh(inner)
         seen = value > MIN_INDEPENDENT_SHARE
         onto = ((vectors.transpose(0, 2, 1) @ (along / length)[..., None])[..., 0] ** 2) * seen
-        rest = self.left.square - (onto / np.where(seen, value, 1.0)).sum(1)
-        ratio = np.log(self.left.square / np.maximum(rest, 1e-12 * self.left.square))
-        charge = 0.5 * seen.sum(1) * np.log(self.left.grams.count) + np.log(EVENT_PRIOR_ODDS * places)
-        promising = seen.any(1) & (rest < (1.0 - MIN_EVENT_SHARE) * self.left.square)
-        return np.where(promising, 0.5 * self.left.freedom * ratio - charge, -np.inf)
+        rest = left.square - (onto / np.where(seen, value, 1.0)).sum(1)
+        ratio = np.log(left.square / np.maximum(rest, 1e-12 * left.square))
+        charge = 0.5 * seen.sum(1) * np.log(grams.count) + np.log(EVENT_PRIOR_ODDS * places)
+        promising = seen.any(1) & (rest < (1.0 - MIN_EVENT_SHARE) * left.square)
+        return np.where(promising, 0.5 * left.freedom * ratio - charge, -np.inf)
+
+    return np.concatenate([used, np.arange(size - 1, grams.history.shape[2])]), gains

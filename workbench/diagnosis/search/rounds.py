@@ -126,16 +126,13 @@ def under_gravity(stage: Stage, gravity: Vector3) -> Stage:
 
 def rounds(
     stage: Stage, rng: np.random.Generator, *, tried: Tried | None, events: Sequence[Candidate] | None = None
-) -> tuple[Searched, ...]:
-    """Search and fit until nothing new is found.
+) -> Searched:
+    """The search at the fit where nothing new is found.
 
     Args:
         stage: The geometry, alone or with some effects.
         tried: Which effects are tried; None if rows suffice for none, nor for events.
         events: Possible events; searched if None.
-
-    Returns:
-        The searches, the last of them at the final fit.
     """
     fold = folds_of(stage.data, rng)
     done, is_last = list[Searched](), False
@@ -165,7 +162,7 @@ def rounds(
                 is_last = True
     best = min(done, key=description_length) if again else last
     fitted = _among(best.stage.model, best.offered.candidates)
-    return (*done[:-1], replace(best, model=fitted))
+    return replace(best, model=fitted)
 
 
 def refitted(searched: Searched, kept: Sequence[Term]) -> Stage:

@@ -118,22 +118,22 @@ class KinematicsYaml(AbstractForm):
             found = f"{len(frames.joints)}{f', and {slides[0]} is prismatic' if slides else ''}"
             like = f"of {' or '.join(map(str, self.dofs))} revolute joints"
             raise OptionError(f"--for {self.name} is for arms {like}; '{job.robot.name}' has {found}")
-        if job.source is not None:
-            origins = self._poses(job.source, len(frames.joints))
-            theirs = frames.with_origins(origins, np.eye(4)).robot(job.robot)
-            require_same_arm(job.robot, replace(theirs, name="arm of the source"))
-            frames = frames.matched(origins)
-        elif not self.flange:
-            frames = self._with_turn(frames)
-        return frames
+        if job.source is None:
+            return self._with_last_placed(frames)
+        origins = self._poses(job.source, len(frames.joints))
+        theirs = frames.with_origins(origins, np.eye(4)).robot(job.robot)
+        require_same_arm(job.robot, replace(theirs, name="arm of the source"))
+        return frames.matched(origins)
 
-    def _with_turn(self, frames: JointFrames) -> JointFrames:
-        """The last joint's frame brought to the flange, as far as its own axis allows."""
+    def _with_last_placed(self, frames: JointFrames) -> JointFrames:
+        """The last joint's frame brought to the flange, as far as its own axis allows; where the file holds
+        the flange, to the foot of the joint before it, where the link's mesh is."""
         *origins, last = (j.origin for j in frames.joints)
         flange, axis = frames.flange, frames.joints[-1].axis
-        w, *v = se3.matrix_to_quaternion(flange[:3, :3])
-        turn = se3.rotvec_to_matrix(axis * 2.0 * np.arctan2(axis @ np.array(v), w))
-        move = se3.pose(turn, axis * (axis @ flange[:3, 3]))
+        w, *v = se3.matrix_to_quaternion(np.eye(3) if self.flange else flange[:3, :3])
+        angle = 2.0 * np.arctan2(axis @ np.array(v), w)
+        along = axis @ (-last[:3, :3].T @ last[:3, 3] if self.flange else flange[:3, 3])
+        move = se3.pose(se3.rotvec_to_matrix(axis * angle), axis * along)
         return frames.with_origins([*origins, last @ move], se3.inverse(move) @ flange)
 
     def _tool(self, job: Job) -> Frame:

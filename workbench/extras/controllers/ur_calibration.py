@@ -75,7 +75,7 @@ class UrCalibration(AbstractForm):
     def _divided(self, job: Job) -> tuple[np.ndarray, np.ndarray]:
         """The table up to joint n, whose a and α stay nominal, and what lies behind it."""
         nominal = self._nominal(job)
-        found: StandardDh = standard_dh(job.frames, nominal[:, 0].tolist())
+        found: StandardDh = standard_dh(job.frames, nominal)
         rows, here = found.rows.copy(), np.eye(4)
         for row in rows[:-1]:
             here = here @ dh_pose(row)

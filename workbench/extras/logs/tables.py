@@ -121,7 +121,7 @@ class IpaGrid(AbstractTableLayout):
 class Polar(AbstractTableLayout):
     """Polar coordinates of a tracker or total station beside joints: `azimuth, zenith, distance`, `Hz, V, D`.
 
-    x = D sin V cos Hz, y = D sin V sin Hz, z = D cos V, with V from the zenith. A circle in gon is a total
+    x = D sin V cos Hz, y = D sin V sin Hz, z = D cos V, with V from the zenith. A circle Hz in gon is a total
     station's and counts clockwise; another one that does mirrors these places, which rows of an arm tell.
     """
 
@@ -143,20 +143,20 @@ class Polar(AbstractTableLayout):
     def read(self, table: Table) -> Fields:
         at = [k for (k,) in self._places(table.headings)]
         name, units = zip(*(parse_heading(table.headings[k]) for k in at), strict=True)
-        if None in units:
-            k = at[units.index(None)]
+        for k in [k for k, unit in zip(at, units, strict=True) if unit is None]:
             raise table.error(f"the unit is missing: write '{table.headings[k]}[deg]', [gon], [mm] or [m]", k)
         kinds = (Quantity.ANGLE, Quantity.ANGLE, Quantity.LENGTH)
         each = zip(at, units, kinds, strict=True)
         turned, down, far = (to_si(to_numbers(table, k), u or "", kind) for k, u, kind in each)
-        turned = -turned if (is_clockwise := units[0] in ("gon", "grad")) else turned
-        found = self.words[1].fullmatch(normalised(name[1]))
-        down = np.pi / 2.0 - down if found is not None and found["level"] else down
+        way = ""
+        if units[0] in ("gon", "grad") and not normalised(name[0]).startswith("az"):
+            turned, way = -turned, ", counted clockwise as by a total station"
+        if (found := self.words[1].fullmatch(normalised(name[1]))) and found["level"]:
+            down = np.pi / 2.0 - down
         places = far * np.array([np.sin(down) * np.cos(turned), np.sin(down) * np.sin(turned), np.cos(down)])
         columns, names = list(table.columns), list(table.names)
         for k, axis, values in zip(at, "xyz", places, strict=True):
             columns[k], names[k] = tuple("" if np.isnan(v) else repr(float(v)) for v in values), f"{axis}[m]"
-        way = ", counted clockwise as by a total station" if is_clockwise else ""
         note = f"layout '{self.name}': {', '.join(name)} are polar coordinates{way}, read as x, y, z"
         notes = (*table.notes, note)
         return fields_of(replace(table, columns=tuple(columns), names=tuple(names), notes=notes))

@@ -120,7 +120,10 @@ def as_datasets(arm: Robot, robot: Robot, shown: Displayed, reading: RowReading)
         known[:, 3:] += (own[:, None] * change) ** 2
     counted = np.abs(reading.w.T if is_own else np.eye(joint.shape[1]))
     jacobian = geometric_jacobian(arm, data.q)
-    told = np.maximum(joint, UNIFORM * _step(shown.data.q, SIZES[shown.units[0]]))
+    sizes = SIZES[shown.units[0]] * 10.0 ** -np.arange(MAX_DECIMALS)
+    shares = ((size, shown.data.q / size) for size in sizes)  # whole ones tell how many digits were shown
+    step = next((size for size, n in shares if np.allclose(n, np.round(n), rtol=0, atol=1e-6)), 0.0)
+    told = np.maximum(joint, UNIFORM * step)
     written, rounded = (
         known + ((jacobian * (reading.in_units(j) @ counted)[:, None]) ** 2).sum(2) for j in (joint, told)
     )
@@ -128,9 +131,3 @@ def as_datasets(arm: Robot, robot: Robot, shown: Displayed, reading: RowReading)
     variances = np.maximum([known if is_whole else written, rounded], np.repeat(EXACT_SIGMA, 3) ** 2)
     first, second = (replace(data, sigma=s, read_as=reading.text) for s in np.sqrt(variances))
     return first, second
-
-
-def _step(numbers: np.ndarray, unit: float) -> float:
-    """Power of ten of a unit of which all numbers are multiples; 0 if of none."""
-    steps = unit * 10.0 ** -np.arange(MAX_DECIMALS)
-    return next((s for s in steps if np.allclose(numbers / s, np.round(numbers / s), rtol=0, atol=1e-6)), 0.0)

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress, product, takewhile
+from itertools import product, takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -35,7 +35,6 @@ STOOD = 1e-6
 """Change [rad or m] to the next row below which the arm stood, so that what was read late is true."""
 WHOSE = re.compile(r"(pose)_([a-z]+)(_\d)", re.I)
 """A number of a pose that says of what it is, such as `pose_flange_1`."""
-TYPED = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0)), "": 1.0}
 LENGTHS, ANGLES = (1.0, SIZES["mm"]), (1.0, SIZES["deg"])
 WHAT = "give columns q1 … qN, x, y, z and the three or four numbers of the orientation, one pose a line"
@@ -114,20 +113,17 @@ def read_display(
         return of_dataset(source, robot)
     if not isinstance(source, Path | str):
         return typed(source, robot)
-    path, names = Path(source), robot.joint_names
+    path = Path(source)
     if file_layout(path) is not None:  # such as a bag, whose numbers are known in full
-        return of_dataset(read_measurements(path, columns=columns, joints=names), robot)
+        return of_dataset(read_measurements(path, columns=columns, joints=robot), robot)
     try:
-        table = read_table(path, columns=columns, joints=names)
+        table = read_table(path, columns=columns, joints=robot)
     except FileError:
         if not any(map(NUMBER.fullmatch, (grid := read_grid(path)).rows[0])):  # headings
             raise
         table = _without_headings(grid, robot.dof)
-    kept = [any(cells) for cells in zip(*table.columns, strict=True)]  # not poses that were not filled in
-    cells_of = tuple(tuple(compress(cells, kept)) for cells in table.columns)
-    table = replace(table, columns=cells_of, lines=tuple(compress(table.lines, kept)))
     table, is_named = _completed(table, robot.dof)
-    data = assemble(replace(fields_of(table), told_twice=""), joints=names)
+    data = assemble(replace(fields_of(table), told_twice=""), joints=robot)
     if data.rotation is None or data.written is None:
         raise table.error(f"no orientation was found; {WHAT}")
     known = {c.key: c for c in interpret_columns(table)}
@@ -183,7 +179,7 @@ def typed(texts: Iterable[str], robot: Robot) -> Displayed:
     for text in texts:
         left, _, right = text.replace("\u2212", "-").partition("=")
         own, pose = (re.split(r"[,;\s]+", part.strip()) for part in (left, right))
-        is_right = len(own) == joints and len(pose) in (6, 7) and all(map(TYPED.fullmatch, own + pose))
+        is_right = len(own) == joints and len(pose) in (6, 7) and all(map(NUMBER.fullmatch, own + pose))
         if not is_right or (rows and len(pose) != 3 + len(rows[0][2])):
             wanted = f"{joints} joint positions, =, x, y, z and three angles or a quaternion, with commas"
             raise OptionError(f"the pose '{text}' must be {wanted}")

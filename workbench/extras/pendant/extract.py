@@ -20,6 +20,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.arguments import Like, checked_arguments
 from workbench.base.threads import one_thread
+from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, listed, plural
 from workbench.data.arguments import RobotLike
 from workbench.data.dataset import Dataset
@@ -213,7 +214,12 @@ def _fitted(arm: Robot, data: Dataset, set_apart: bool = True) -> tuple[Identifi
     errors = np.array([se3.pose_error(shown, own) / np.maximum(sizes, NEGLIGIBLE) for own in arms])
     nominal, best = np.sqrt((errors**2).mean((1, 2))).tolist()
     allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
-    return run, nominal, best * float(np.sqrt(6 * len(used) / spare)), allowed
+    found = run, nominal, best * float(np.sqrt(6 * len(used) / spare)), allowed
+    may_be_bare = (
+        run.frames.base and arm.base.free is Freedom.AUTO
+    )  # as the arm's own lengths may be the frame
+    bare = _fitted(arm.with_frames(base=Frame()), data, set_apart) if may_be_bare else found
+    return bare if bare[2] <= bare[3] else found
 
 
 def _pose_text(frame: Frame) -> str:

@@ -68,11 +68,11 @@ def choose_poses(
 
 def _joints_in(path: Path, robot: Robot) -> np.ndarray:
     """Whole joint positions of a file, in units that its measurements tell where it lacks them."""
-    fields = read_fields(path, columns=AS_HEADED, joints=robot.joint_names)
+    fields = read_fields(path, columns=AS_HEADED, joints=robot)
     if fields.missing_units:
-        q = with_units(robot, assemble(fields, joints=robot.joint_names)).q
+        q = with_units(robot, assemble(fields, joints=robot)).q
     else:
-        q = joint_columns(fields, robot.joint_names)
+        q = joint_columns(fields, robot)
     return q[np.isfinite(q).all(1)]
 
 

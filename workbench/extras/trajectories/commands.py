@@ -47,10 +47,8 @@ def compensate(
 
     arm = wb.load_robot(robot)
     program = read_program(trajectory, arm.dof)
-    if program is not None:
-        rows = program.trajectory
-    else:
-        rows = read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)
+    rows = program and program.trajectory
+    rows = rows or read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)
     opt.check_writable(out)
     try:
         found = wb.compensate(

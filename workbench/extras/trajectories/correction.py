@@ -24,7 +24,8 @@ from workbench.arm.motion import Motion
 from workbench.base.types import frozen
 from workbench.base.wording import first_of, plural
 from workbench.extras.trajectories.path import Commanded, refuse, refuse_beyond
-from workbench.identification.errors.row_errors import Spread
+from workbench.identification.errors.row_errors import Errors
+from workbench.identification.report.results_json import errors_json
 from workbench.report.blocks import Block, ResultTable, headed
 from workbench.report.json import Json, document
 from workbench.report.numbers import short
@@ -42,32 +43,6 @@ BOUNDARY = 0.02
 """Singular value of the Jacobian below which an unconverged run has met the boundary of its branch."""
 
 
-@dataclass(frozen=True, eq=False)
-class PathErrors:
-    """Errors of an arm along a path, row by row.
-
-    Args:
-        position: Distance from the commanded position [m].
-        rotation: Angle to the commanded orientation, as far as the task requires [rad].
-    """
-
-    position: Float[np.ndarray, " rows"]
-    rotation: Float[np.ndarray, " rows"]
-
-    @property
-    def spreads(self) -> dict[str, Spread]:
-        """Of positions [mm] and orientations [°], by their keys in a file."""
-        position, rotation = 1e3 * self.position, np.rad2deg(self.rotation)
-        return {"position_mm": Spread.of(position), "orientation_deg": Spread.of(rotation)}
-
-    def cells(self, what: str) -> tuple[str, ...]:
-        """Means and maxima, as a row of a table."""
-        return what, *(short(size) for spread in self.spreads.values() for size in (spread.mean, spread.max))
-
-    def json(self) -> Json:
-        return {key: spread._asdict() for key, spread in self.spreads.items()}
-
-
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Compensation(AbstractShown):
@@ -76,15 +51,16 @@ class Compensation(AbstractShown):
     Args:
         commanded: The path as commanded.
         motion: The corrected joint positions, with drivers of effects.
-        before: Predicted errors of the calibrated arm without correction.
-        after: Its predicted errors with it.
+        before: Distances and angles to the commanded poses, as far as the task requires, that the calibrated
+            arm is predicted to have without correction.
+        after: The same with it.
         kept: Uncorrected rows, which a correction would have made worse.
     """
 
     commanded: Commanded
     motion: Motion
-    before: PathErrors
-    after: PathErrors
+    before: Errors
+    after: Errors
     kept: Bool[np.ndarray, " rows"]
     notes: tuple[str, ...]
 
@@ -95,10 +71,9 @@ class Compensation(AbstractShown):
 
     def blocks(self) -> list[Block]:
         """Predicted errors before and after, and decisions."""
-        rows = [self.before.cells("as commanded")]
-        if self.after.position.max() > ACCEPTED_ERROR:
-            rows.append(self.after.cells("corrected"))
-        own = self.commanded.expected
+        own, remains = self.commanded.expected, self.after.position.max() > ACCEPTED_ERROR
+        found = [("as commanded", self.before), ("corrected", self.after)][: 1 + remains]
+        rows = [(n, *(short(v) for s in e.spreads.values() for v in (s.mean, s.max))) for n, e in found]
         mean, angle = (short(1e3 * own[0]), short(np.rad2deg(own[1]))) if own else ("–", "–")
         rows.append(("corrected (model error on held-out rows)", mean, "–", angle, "–"))
         headings = ("predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
@@ -122,8 +97,8 @@ class Compensation(AbstractShown):
             robot=commanded.calibrated.name,
             task=commanded.task.name.lower(),
             effects=[e.name for e in commanded.calibrated.effects],
-            before=self.before.json(),
-            after=self.after.json(),
+            before=errors_json(self.before),
+            after=errors_json(self.after),
             model_error=None if commanded.expected is None else list(commanded.expected),
             largest_correction=np.abs(self.q - commanded.q).max(0),
             rows=[dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
@@ -161,12 +136,13 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
     state = state.at(frozen(np.where(worse[:, None], q, after.q)))
-    first, last = (np.array([each.position_error, each.rotation_error]) for each in (before, after))
-    errors = PathErrors(*frozen(np.where(worse, first, last)))
+    unseen = np.full(len(q), np.nan)  # tilts of links
+    first, last = (np.array([e.position_error, e.rotation_error, unseen]) for e in (before, after))
+    errors = Errors(*frozen(np.where(worse, first, last)))
     return Compensation(
         commanded=commanded,
         motion=state,
-        before=PathErrors(*frozen(first)),
+        before=Errors(*frozen(first)),
         after=errors,
         kept=frozen(worse),
         notes=(*commanded.notes, *robot.extrapolation_warnings(q), *_notes(errors, worse, taken & ~worse)),
@@ -224,7 +200,7 @@ def _check(commanded: Commanded, after: Reached, wrong: np.ndarray, points: np.n
     refuse(wrong, commanded.time, why)
 
 
-def _notes(errors: PathErrors, worse: np.ndarray, points: np.ndarray) -> Iterator[str]:
+def _notes(errors: Errors, worse: np.ndarray, points: np.ndarray) -> Iterator[str]:
     """Notes for the user."""
     if points.any():
         off = f"corrected in position, {np.rad2deg(errors.rotation[points].max()):.2g}° off in orientation"

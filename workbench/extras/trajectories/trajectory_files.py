@@ -19,7 +19,7 @@ from workbench.base.units import Quantity, conversion
 from workbench.data.arguments import RobotLike, TrajectoryLike
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import with_directions
-from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
+from workbench.data.plausibility import refuse_joint_units
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import ENDINGS
 from workbench.extras.trajectories.correction import Compensation, correct
@@ -51,7 +51,7 @@ def compensate(
             observed them, and by an arm near nominal if not.
     """
     commanded = _commanded(calibrated, trajectory, nominal, positions_only)
-    state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
+    state = _state(commanded.q, trajectory, payload=payload, temperature=temperature)
     found, lost = correct(commanded, motion=state), [n for n in trajectory.notes if "left out" in n]
     return replace(found, notes=(*found.notes, *lost))
 
@@ -78,10 +78,9 @@ def _commanded(
     calibrated: Robot, trajectory: Trajectory, nominal: Robot | None, positions_only: bool | None
 ) -> Commanded:
     time = trajectory.time
-    units = tuple(trajectory.units.get(f"q{k + 1}", "") for k in range(calibrated.dof))
-    refuse_joint_quantities(units, calibrated, trajectory.source)
     if trajectory.q is not None:
-        refuse_joint_units(trajectory.q, calibrated.limits, trajectory.source)
+        units = tuple(trajectory.units.get(f"q{k + 1}", "") for k in range(calibrated.dof))
+        refuse_joint_units(calibrated, trajectory.q, units, trajectory.source)
         if nominal is None:
             how = "give the controller's model, which converts them to poses (--nominal ROBOT)"
             raise OptionError(f"{trajectory.source} contains joint positions; {how}")
@@ -98,16 +97,10 @@ def _commanded(
     )
 
 
-def path_state(
-    q: JointRows, trajectory: Trajectory, *, payload: float | None = None, temperature: float | None = None
-) -> Motion:
-    """Drivers of effects along a path; directions follow from the order of the rows.
-
-    Payload [kg] and temperature [°C] count instead of the trajectory's.
-    """
+def _state(q: JointRows, trajectory: Trajectory, **instead: float | None) -> Motion:
+    """Drivers of effects along a path, some instead of the trajectory's; directions by the order of rows."""
     time = np.arange(float(len(q))) if trajectory.time is None else trajectory.time
     path = with_directions(Dataset(q=q, time=time))
-    instead = {"payload": payload, "temperature": temperature}
     given = {name: np.full(len(q), value) for name, value in instead.items() if value is not None}
     drivers = {**trajectory.drivers, **given}
     return replace(Motion.with_drivers(q, drivers), direction=path.direction, time=trajectory.time)

@@ -67,6 +67,7 @@ class AbstractIdentifier(ABC):
         """
 
 
+Begin = Float[np.ndarray, " p"] | None
 Step = Callable[
     [np.ndarray, LinearisedProblem, Factor, float],
     tuple[np.ndarray, float, LinearisedProblem] | Outcome | None,
@@ -76,9 +77,10 @@ outcome with which the search ends."""
 
 
 def descend(
-    problem: Problem, step: Step, *, limit: int = 100, begin: Float[np.ndarray, " p"] | None = None
+    problem: Problem, step: Step, *, limit: int = 100, begin: Begin = None, tolerance: float = STEP_TOLERANCE
 ) -> SearchOutcome:
-    """Take at most so many steps, from the problem's start or from a given x."""
+    """Take at most so many steps, from the problem's start or a given x, until the next one would be below
+    so many standard errors."""
     x = (problem.start if begin is None else begin).copy()
     at = problem.evaluate(x)
     history = [0.5 * float(at.residual @ at.residual)]
@@ -87,7 +89,7 @@ def descend(
             why = Outcome.CANCELLED if is_finite else Outcome.DIVERGED
             return SearchOutcome(x, why, tuple(history))
         factor = factor_of(problem, at)
-        if has_converged(factor, factor.predicted_decrease(), problem.count):
+        if has_converged(factor, factor.predicted_decrease(), problem.count, tolerance):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history), factor)
         found = step(x, at, factor, history[-1])
         if found is None:

@@ -12,14 +12,12 @@ from typing import final
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import (
     STEP_TOLERANCE,
     AbstractIdentifier,
     SearchOutcome,
     descend,
     gauge_step,
-    has_converged,
 )
 from workbench.identification.problem import Problem
 
@@ -49,8 +47,6 @@ class Opt2(AbstractIdentifier):
 
         def damped(x, at, factor, cost):
             nonlocal damping
-            if has_converged(factor, factor.predicted_decrease(), problem.count, self.tolerance):
-                return Outcome.CONVERGED
             damping, growth = damping or self.damping * np.linalg.svd(factor.r, compute_uv=False)[0] ** 2, 2.0
             for rejected in range(self.rejections):
                 step = factor.step(damping)
@@ -67,4 +63,4 @@ class Opt2(AbstractIdentifier):
                 damping, growth = damping * growth, growth * 2.0
             return None
 
-        return descend(problem, damped, limit=self.limit, begin=begin)
+        return descend(problem, damped, limit=self.limit, begin=begin, tolerance=self.tolerance)

@@ -14,6 +14,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
+from workbench.data.plausibility import checked
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import (
     with_holding_torques,
@@ -59,7 +60,7 @@ def as_read(
     """
     data = without(data, exclude or {})
     if how == "given" or data.readings is not None:
-        return robot, data.said, ""
+        return robot, with_units(robot, data) if data.missing_units else data, ""
     arm, rows, rival = _as_read(robot, data, how, keeps_arm, takes_rival)
     return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows))), rival
 
@@ -107,11 +108,11 @@ def _as_read(
         return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, takes_rival)
     data, given = as_told(data, meaning), meaning.given
     if given is None or meaning.is_far:
+        checked(robot, data)  # a unit that the numbers contradict is named before any other arm
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
         raise DataError(f"{data.source}: {meaning.text()}; {meaning.remedy}{unread}")
-    if not meaning.is_found:
-        return robot, _with_notes(data, meaning.text(), *filter(None, [meaning.cure])), ""
-    return robot, _with_notes(data, *_unconfirmed(data)), ""
+    told = _unconfirmed(data) if meaning.is_found else (meaning.text(), meaning.cure)
+    return robot, _with_notes(data, *filter(None, told)), ""
 
 
 def with_own_columns(robot: Robot, data: Dataset) -> Dataset:
@@ -120,9 +121,8 @@ def with_own_columns(robot: Robot, data: Dataset) -> Dataset:
     Raises:
         DataError: the others are in another order.
     """
-    if data.joints <= robot.dof or (meaning := understood(robot, data)[1]) is None:
-        return data
-    if not meaning.is_found or meaning.best.other or data.missing_units:
+    meaning = understood(robot, data)[1] if data.joints > robot.dof else None
+    if meaning is None or not meaning.is_found or meaning.best.other or data.missing_units:
         return data
     if meaning.is_misread:
         raise DataError(f"{data.source}: {meaning.text()}; correct the file")

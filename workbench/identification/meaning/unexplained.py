@@ -2,6 +2,7 @@
 moved; or with which constant of the arm's table all fit, if it is wrong."""
 
 from dataclasses import replace
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
@@ -10,13 +11,13 @@ from workbench.arm import chain as chains
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
 from workbench.base.remedy import remedy
-from workbench.base.wording import in_mm, plural, ranges
+from workbench.base.wording import in_mm, joint_list, plural, ranges
 from workbench.data.dataset import Dataset
 from workbench.data.postures import postures
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.row_errors import row_errors
-from workbench.identification.meaning.bounds import WEIGHT
+from workbench.identification.meaning.bounds import WEIGHT, flange_poses, point_bounds
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.reading import FITS, NARROW, RowReading, units
@@ -30,8 +31,8 @@ MIN_PART = 10
 """Minimum number of rows of a part: with fewer, base and point of the tool fit too much."""
 WITHIN, FAR = 0.5 * FITS, 8.0
 """Misfit of a part as a share of the reach, and of a row beside its part's own."""
-STEPS, UNIT = 30, 1e-4
-"""Maximum steps of a fit, and its noise as a share of the reach."""
+STEPS, UNIT, MAX_UNITS = 30, 1e-4, 256
+"""Maximum steps of a fit, its noise as a share of the reach, and choices of joints in another unit."""
 ALIKE = 1.3
 """Ratio of misfits within which other constants are named as well."""
 MOVED = "name what was moved in between in a column 'session', or correct the rows"
@@ -82,15 +83,22 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
 
 
 def _otherwise(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
-    """`with the joints of the row before they fit to 1.5 mm`, or with joints in another unit."""
+    """`with the joints of the row before they fit to 1.5 mm`, or with some joints or all in another unit."""
     some, factor = np.arange(len(rows) - 1), units(robot, robot.dof, 180.0 / np.pi)
+    picked = np.array([*islice(product((1, 0), repeat=robot.dof), MAX_UNITS)])  # all joints come first
+    few = rows.take(far_apart(rows, PLACED_ROWS))
+    factors = np.concatenate([factor**picked, factor**-picked])
+    flange = flange_poses(robot.bare, factors[:, None] * few.q)
+    wide = np.linalg.norm(flange[..., :3, 3].std(1), axis=1) + UNIT * robot.reach
+    left = point_bounds(flange, np.asarray(few.position)) / wide
     shift, unit = "shift joints or places by one row, or add the row that is missing", "correct their unit"
-    for mine, q, how, cure in (
-        (some + 1, rows.q[some], "the joints of the row before", shift),
-        (some, rows.q[some + 1], "the joints of the row after", shift),
-        (some, rows.q[some] * factor, "joints in rad, not degrees,", unit),
-        (some, rows.q[some] / factor, "joints in degrees, not rad,", unit),
-    ):
+    ways = [(some + 1, rows.q[some], "the joints of the row before", shift)]
+    ways += [(some, rows.q[some + 1], "the joints of the row after", shift)]
+    for each in factors[(left < WITHIN) & (factors != 1.0).any(1)]:
+        which = joint_list(np.flatnonzero(each != 1.0).tolist())
+        size = "rad, not degrees" if each.max() > 1.0 else "degrees, not rad"
+        ways.append((some, each * rows.q[some], f"{which} in {size},", unit))
+    for mine, q, how, cure in ways:
         moved = replace(rows.take(mine), q=q)
         if len(some) >= MIN_PART and _fits(robot, moved):
             return {"told": f"with {how} they fit to {in_mm(_misfit(robot, moved))}", "cure": cure}
@@ -134,7 +142,7 @@ def _in_order(robot: Robot, data: Dataset, meaning: RowMeaning) -> Told:
         if len(found) > 1 or (found and len(rows)):
             end = f", those {where} them don't" if len(rows) else " with another base or tool"
             other = _most(robot, data, meaning) if len(rows) else {}
-            if shift := _otherwise(robot, rows.take(np.argsort(rows.row)), meaning):
+            if len(rows) and (shift := _otherwise(robot, rows.take(np.argsort(rows.row)), meaning)):
                 return shift | {"told": f"data rows {', '.join(found)}{end}: {shift['told']}"}
             return other or {"told": f"data rows {', '.join(found)}{end}", "cure": MOVED}
     return {}

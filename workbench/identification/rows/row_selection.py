@@ -294,6 +294,8 @@ def placed(data: Dataset, known: Collection[str]) -> np.ndarray:
         known: Names of known coordinates.
     """
     keep, left = np.ones((2, len(data)), bool)
+    if data.anchor is None and data.contact is None:
+        return keep
     places = {DistanceObservation: "anchor", ContactObservation: "contact", PlaneObservation: "contact"}
     for kind, rows in carried(data).items():
         if (labels := data.column(places.get(kind, ""))) is not None:  # without any all are of one anchor

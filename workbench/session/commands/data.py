@@ -4,10 +4,11 @@ import io
 import re
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ from workbench.session.command import (
     kinds,
 )
 from workbench.session.commands.compare import with_comparison
-from workbench.session.loaded_measurements import Loaded, MeasurementFile, facts_of
+from workbench.session.loaded_measurements import BY_HAND, Loaded, MeasurementFile, facts_of
 from workbench.session.page_state import Severity
 from workbench.session.part import GoesWith
 from workbench.session.state import Focus, Measurements, Results, Session
@@ -84,7 +85,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
     def compute(self, session: Session) -> Loaded | MeasurementFile:
         progress(0.0, "reading")
         with as_files({safe_name(self.name): self.content}) as (path,):
-            understood = self._understood(path, session.robot, session.robot.joint_names)
+            understood = self._understood(path, session.robot, session.robot)
             file = MeasurementFile(path.name, self.content, understood, self.columns)
             if understood.dataset is None and understood.columns and understood.layout == "plain":
                 # which built-in arm rows are of that can't be the session's, by their number of joints
@@ -113,7 +114,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             except UnitError as error:  # nor do the rows tell the units that it lacks
                 return replace(file, preview=replace(understood, dataset=None, problems=(str(error),)))
 
-    def _understood(self, path: Path, robot: Robot, joints: Sequence[str] | None) -> Preview:
+    def _understood(self, path: Path, robot: Robot, joints: Robot | None) -> Preview:
         from workbench.data.readers import preview
 
         found = preview(path, columns=self.columns or None, joints=joints)
@@ -227,14 +228,14 @@ class ForgetData(AbstractChange):
 
 
 def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: str = "") -> Loaded:
-    """Measurements of a file, read as they are this arm's, with all notes."""
+    """Measurements of a file, read as they are this arm's, with all notes; as given while it is asked."""
     assert loaded.read is not None
     rows = with_own_columns(robot, loaded.read)
     match = arm_match(robot, rows)
     if not match.is_foreign or accept in match.readings:
         rows = as_read(robot, rows, accept or "found", keeps_arm=True)[1]
         match = replace(match, meaning=None)
-    dataset = checked(robot, rows)
+    dataset = rows if match.rival or match.readings else checked(robot, rows)
     return replace(loaded, dataset=dataset, notes=dataset.notes, match=match)
 
 
@@ -243,6 +244,20 @@ def measurements(session: Session) -> Loaded:
     if session.measurements.loaded is None:
         raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
     return session.measurements.loaded
+
+
+def fitted_rows(session: Session, held_out: float, seed: int) -> dict[str, Any]:
+    """The rows, and what of them counts, as `identify` and `diagnose` take it."""
+    loaded = measurements(session)
+    return {
+        "data": loaded.dataset,
+        "held_out": held_out if loaded.checks is None else loaded.checks,
+        "free": session.robot.default_free,
+        "exclude": dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
+        "levelled": session.measurements.levelled,
+        "reading": "given",  # the rows were read when they were loaded
+        "seed": seed,
+    }
 
 
 def check_unchanged(session: Session, loaded: Loaded, what: str) -> None:

@@ -12,9 +12,9 @@ from workbench.identification.result import Identification
 from workbench.plate.collision import allows_target
 from workbench.session.command import AbstractTask
 from workbench.session.commands.compare import with_comparison
-from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
+from workbench.session.commands.data import check_same_arm, check_unchanged, fitted_rows, measurements
 from workbench.session.commands.identify import Identify
-from workbench.session.loaded_measurements import BY_HAND, Loaded, is_of_other_rows
+from workbench.session.loaded_measurements import Loaded, is_of_other_rows
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
 from workbench.session.target_steps import begin_step
@@ -54,18 +54,8 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         loaded = measurements(session)
         standing = np.array([state.q for state in session.states if state.measurable])
         is_clear = partial(allows_target, session.robot, session.plate, standing)
-        found = diagnose(
-            session.robot,
-            loaded.dataset,
-            held_out=self.held_out if loaded.checks is None else loaded.checks,
-            free=session.robot.default_free,
-            exclude=dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
-            levelled=session.measurements.levelled,
-            reading="given",
-            seed=self.seed,
-            measurable=is_clear if loaded.virtual else None,
-        )
-        return loaded, found
+        rows = fitted_rows(session, self.held_out, self.seed)
+        return loaded, diagnose(session.robot, measurable=is_clear if loaded.virtual else None, **rows)
 
     def finish(self, session: Session, result: tuple[Loaded, Diagnosis]) -> Session:
         loaded, found = result
@@ -101,5 +91,6 @@ class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):
         if last is None or is_stale or not np.array_equal(last.held_out_data.row, found.held_out_data.row):
             geometry = None  # the diagnosis has one of its own
         else:  # and another base, which would change the nominal arm's errors, whose rows are the same
-            fits = fits[0], replace(fits[1], aligned=last.aligned, nominal=last.nominal)
+            known = replace(fits[1], aligned=last.aligned, nominal=last.nominal, ready=last.ready)
+            fits = fits[0], replace(known, outlying=found.outliers)
         return (before.asked or Identify()).finish(session, (*fits, geometry), **more)

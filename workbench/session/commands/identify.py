@@ -1,7 +1,6 @@
 """The command that identifies the robot from the loaded measurements."""
 
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from workbench.base.errors import OptionError
@@ -14,8 +13,8 @@ from workbench.identification.prior import Prior
 from workbench.identification.result import Identification, Run
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_comparison
-from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
-from workbench.session.loaded_measurements import BY_HAND, Loaded
+from workbench.session.commands.data import check_same_arm, check_unchanged, fitted_rows, measurements
+from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
 from workbench.session.real_arm import times_for
 from workbench.session.stages import before_and_after
@@ -60,22 +59,13 @@ class Identify(AbstractTask[IdentifiedRows]):
         loaded, robot, run = measurements(session), session.robot, session.results.run
         added = tuple(replace(effect, coefficients=()) for effect in session.results.accepted)
         names = tuple(name for effect in added for name in effect.names)
-        fit = partial(
-            identify,
-            data=loaded.dataset,
-            algorithms=self.algorithms,
-            held_out=self.held_out if loaded.checks is None else loaded.checks,
-            frames=self.frames,
-            free=session.robot.default_free,
-            exclude=dict.fromkeys(sorted(session.measurements.left_out), BY_HAND),
-            levelled=session.measurements.levelled,
-            reading="given",  # the rows were read when they were loaded
-            seed=self.seed,
-        )
+        rows = fitted_rows(session, self.held_out, self.seed)
+        rows |= {"algorithms": self.algorithms, "frames": self.frames}
         if not added or run is None:
-            return loaded, fit(robot), None
+            return loaded, identify(robot, **rows), None
         whole = robot.with_effects(*robot.effects, *added)
-        return loaded, fit(whole, prior=_known(run.fit, names), effects=names), fit(robot).best
+        found = identify(whole, prior=_known(run.fit, names), effects=names, **rows)
+        return loaded, found, identify(robot, **rows).best
 
     def finish(self, session: Session, result: IdentifiedRows, **more: Any) -> Session:
         """The session with what was identified, and with `more` results that go with it."""

@@ -22,6 +22,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, plain
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
+from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
@@ -33,6 +34,8 @@ CLIENT = 1_000_000
 """Who drags in the demo: no browser has this number."""
 ROBOT, ROWS = "ur10", "ur10.csv"
 """A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
+TRACKER = 5e-5, 2.5e-4
+"""Its noise at the plate [m], [rad]."""
 BARE: dict[str, Any] = {"points": False, "arrows": False}
 FULL: dict[str, Any] = {"points": True, "arrows": True}
 """What is laid over the arm in the last picture, and afterwards."""
@@ -163,7 +166,7 @@ class Demo:
 
 def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     """The scenes; later ones look at what earlier ones led to."""
-    yield DemoScene("", (ChooseRobot(ROBOT),), seconds=0.0, tab=Tab.PLATE)
+    yield DemoScene("", (ChooseRobot(ROBOT), SetNoise(*TRACKER)), seconds=0.0, tab=Tab.PLATE)
     yield DemoScene("No arm is built exactly as its data sheet says. How far is it off, and why?")
     yield DemoScene(
         "To find out, measure it at targets on a plate. Colours show the error expected after calibration.",
@@ -209,8 +212,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         far = expected_elsewhere(session())
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
-    rest = "" if found is None or found.residual_map is None else f"; {_unnamed(found)} has no name"
-    why = f"Geometry was off{f', {causes}' if causes else ''}{rest}. "
+    why = f"Geometry was off{f', {causes}' if causes else ''}{'' if found is None else _learned(found)}. "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
     yield DemoScene(
         f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, is_last=True
@@ -221,16 +223,17 @@ def _found(session: Session, found: Diagnosis, causes: str) -> str:
     """The causes, and what is learned without a name; with the numbers that the page shows."""
     errors = stages(session)[-1].errors, counted(session, found, found.after)
     before, after = (compared(e.position_mm.mean) for e in errors)
-    if found.residual_map is None:
-        return f"{causes}. With that, {before} mm fall to {after} mm."
-    rest = f"{causes}. {capital(_unnamed(found))} has no name" if causes else "no cause with a name"
-    return f"{rest}; with a correction learned from the rows, {before} mm fall to {after} mm."
+    what = f"{causes or 'no cause with a name'}{_learned(found)}"
+    return f"{what}. With that, {before} mm fall to {after} mm."
 
 
-def _unnamed(found: Diagnosis) -> str:
+def _learned(found: Diagnosis) -> str:
     """How much of what geometry leaves is only learned, by squares as the causes are added."""
+    if found.residual_map is None:
+        return ""
     *named, learned, _ = (bar.value for bar in budget_bars(found).rows)
-    return "most of the rest" if learned**2 > sum(size**2 for size in named) else "the rest"
+    most = "most of " if learned**2 > sum(size**2 for size in named) else ""
+    return f"; a learned correction covers {most}the rest"
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

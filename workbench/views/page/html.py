@@ -14,7 +14,7 @@ MUTED = "var(--mantine-color-dimmed)"
 LINE = "var(--mantine-color-default-border)"
 FONT = "font-size:var(--words, 13px);line-height:1.45;color:var(--mantine-color-text)"
 SMALLER = "font-size:calc(var(--words, 13px) - .5px)"
-UNCHANGED = 5e-4
+UNCHANGED = 5e-5
 """Smaller changes, as a share, are none."""
 INKS = {Tone.PLAIN: MUTED, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
 """Of a verdict."""
@@ -73,7 +73,7 @@ def change(now: float, first: float, *, is_verdict: bool = True) -> str:
     if abs(share) < UNCHANGED:
         return f' · <span style="color:{MUTED}">unchanged</span>'
     colour = MUTED if not is_verdict else BAD if share > 0 else GOOD
-    shown = f"{100 * share:+.1f} %" if abs(share) < 9.995 else f"×{now / first:.0f}"
+    shown = f"{100 * share:+.3g} %" if abs(share) < 9.995 else f"×{now / first:.0f}"
     return f' · <span style="color:{colour}">{shown.replace("-", "−")}</span>'
 
 

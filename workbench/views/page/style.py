@@ -32,8 +32,8 @@ WIDE = 1900
 """… and from this one on the words are larger [px]."""
 PHONE = 576
 """… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
-PHONE_SCENE = 41
-"""The scene's share of a phone's height above it [%]."""
+PHONE_SCENE = 40
+"""The scene's share of a phone's height above it [%]; viser gives a long panel the rest, too."""
 DRAWINGS = "suspects, index, losses, verdict, row-chart, result, curves"
 CHARTS = ", ".join(f'[data-testid="{name}"]' for name in DRAWINGS.split(", "))
 """What holds drawings of 340 units, whose words are as large as those around them."""
@@ -52,8 +52,9 @@ RULES = f"""
   --mantine-primary-color-filled: #2563eb !important }}
 :root[data-mantine-color-scheme="dark"] {{
   --mantine-color-dimmed: #a9b0b7 !important; --mantine-color-gray-filled: #5c636a !important;
+  --mantine-color-gray-filled-hover: #6c757d !important; --mantine-color-custom-text: #8ab4ff !important;
   --mantine-color-custom-filled: #2f66dd !important; --mantine-color-custom-outline: #8ab4ff !important;
-  --mantine-color-custom-text: #8ab4ff !important; --mantine-primary-color-filled: #2f66dd !important }}
+  --mantine-primary-color-filled: #2f66dd !important }}
 .mantine-Slider-markLabel, .multi-slider-mark-label {{
   font-size: 12px !important; color: var(--mantine-color-dimmed) !important }}
 .mantine-Button-root[data-disabled] {{ color: var(--mantine-color-dimmed) !important }}

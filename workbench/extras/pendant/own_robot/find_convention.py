@@ -17,7 +17,7 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.types import Freedom
-from workbench.base.wording import in_mm
+from workbench.base.wording import first_of, in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_measurements
 from workbench.extras.pendant.convention import SET
@@ -84,14 +84,19 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     found, held = _meaning([reading.robot for reading in readings], data, rows)
     best, table = found.best, _table_of(found.best, readings)
     where = "the typed poses" if held else f"{len(data)} rows of unknown base and tool"
+    seen = data if rows is None or data.position is not None else rows
+    placed = (best.base @ best.flange(seen.q) @ best.tool)[:, :3, 3]
+    off = np.linalg.norm(placed - best.apply(seen, joints=False).position, axis=1)
+    far = (off > MAX_ERROR[0] * best.robot.reach) & seen.included & (not held)
+    worst, which = in_mm(float(np.nanmax(off))), f"{first_of(seen.row[far], 10)} ({data.counted})"
+    strange = f"rows {which} don't count, off by up to {worst}"
     shows = shown.meaning(best).assumptions if isinstance(shown, Displayed) else ()
     assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
     said = ", ".join(assumed)
     if held and best.apart and _fits_typed(best):
-        row, position = best.apart[0], np.asarray(data.position)
-        off = float(np.linalg.norm(best.flange(data.q)[row, :3, 3] - position[row]))
         others = f"the others fit to {in_mm(best.position)} with {said}"
-        raise DataError(f"pose {row + 1} alone is {in_mm(off)} off, {others}: check its numbers")
+        alone = f"pose {best.apart[0] + 1} alone is {in_mm(off[best.apart[0]])} off"
+        raise DataError(f"{alone}, {others}: check its numbers")
     if not (_fits_typed(best) if held else best.fits):
         nearest = f"the nearest is {best.size} off ({said}); {CHECK if held else CHECK_ROWS}"
         raise DataError(f"none of {tried} readings of the table fits {where}; {nearest}")
@@ -115,6 +120,7 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
             f"it fits: {said or 'as it was given'}",
             *(f"{'left open' if found.equal else 'change'}: {change}" for change in changes),
             f"errors at {where}: {best.size}{other}; {tried} readings tried",
+            *[f"{strange}: correct them"] * bool(far.any()),
         ),
     )
 
@@ -175,7 +181,7 @@ def read_poses(
     try:
         return read_display(source, robot, columns=columns)
     except FileError:
-        rows = read_measurements(source, joints=robot.joint_names, columns=columns)
+        rows = read_measurements(source, joints=robot, columns=columns)
         if rows.rotation is not None or (rows.position is None and rows.markers is None):
             raise
         return rows

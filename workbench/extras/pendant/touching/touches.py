@@ -20,8 +20,8 @@ from workbench.arm.robot import Robot
 from workbench.base.arguments import Like
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
-from workbench.data.readers.assemble import excluded_rows, joint_columns, joint_units
+from workbench.data.plausibility import refuse_joint_units
+from workbench.data.readers.assemble import assemble
 from workbench.data.readers.read import read_fields
 from workbench.identification.report.results_json import reading_json
 from workbench.report.blocks import Block, ResultTable, headed, lines
@@ -54,20 +54,13 @@ def read_touches(source: Path | Dataset, robot: Robot, columns: str | None, want
     if wanted is not None and not wanted > 0.0:
         raise OptionError(f"wanted must be positive, got {wanted:g} m", option="wanted", found=wanted)
     if not isinstance(source, Dataset):
-        fields = read_fields(source, columns=columns, joints=robot.joint_names).said
-        source = Dataset(
-            joint_columns(fields, robot.dof),
-            contact=fields.values.get("contact", fields.values.get("point")),
-            exclude=excluded_rows(fields),
-            source=str(source),
-            joint_units=joint_units(fields),
-        )
+        fields = read_fields(source, columns=columns, joints=robot)
+        source = assemble(fields, joints=robot, beside={"touch": np.zeros(fields.rows)})
     kept, where = source.said.take(source.included), source.source
     robot.check_joints(kept.q, where)
     if not len(kept):
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
-    refuse_joint_quantities(kept.joint_units, robot, where)
-    refuse_joint_units(kept.q, robot.limits, where)
+    refuse_joint_units(robot, kept.q, kept.joint_units, where)
     names = kept.point if kept.contact is None else kept.contact
     labels = None if names is None else np.char.strip(names)
     return Dataset(kept.q, row=kept.row, contact=labels, source=where)

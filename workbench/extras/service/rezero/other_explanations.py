@@ -39,8 +39,7 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
     causes = list(_causes(knowledge, zeros))
     least = 1.0 if far else CLEARLY_WORSE
     tried = [(_times(zeros, fit, least, len(causes)), text, remedy) for text, remedy, fit in causes]
-    best = max(ratio for ratio, *_ in tried)
-    if best > 0.0:
+    if (best := max(ratio for ratio, *_ in tried)) > 0.0:
         alike = sorted((each for each in tried if SIMILAR_CAUSE * each[0] >= best), key=lambda t: -t[0])
         return tuple(f"{text}: zeros alone leave {r:.1f} times as much; {cure}" for r, text, cure in alike)
     noise = np.sqrt(zeros.mean_square) * (zeros.least is None)
@@ -64,11 +63,12 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, s
     problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
     for joint in range(-1, robot.dof):
         progress(0.5 * (joint + 1) / (robot.dof + 1), "other explanations")
-        loose = link_constants(robot, joint)
-        if loose and not (joint < 0 and problem.frames.base):
+        if (loose := link_constants(robot, joint)) and not (joint < 0 and problem.frames.base):
             link = f"link {joint + 1}" if joint >= 0 else "the base link"
-            cure = "check it for damage, then recalibrate with 'workbench identify'"
-            yield f"{link} is not as calibrated", cure, zeros.freed(knowledge, (*offsets, *loose))
+            was, cure = "calibrated", "check it for damage, then recalibrate with 'workbench identify'"
+            if robot.calibration is None:
+                was, cure = "in the file", "no calibration is on record: begin with 'workbench identify'"
+            yield f"{link} is not as {was}", cure, zeros.freed(knowledge, (*offsets, *loose))
     for frame, parts in zip(("base", "tool"), visible_parts(problem.data, problem.known), strict=True):
         if parts and not getattr(problem.frames, frame):
             freed: dict[str, Any] = {frame: parts}

@@ -40,7 +40,7 @@ class DataPanel(AbstractPanel):
                 f"brackets as in q1[deg] or x[mm]; up to {MAX_FILE_BYTES // 2**20} MiB.",
                 endings=",".join(load_endings()),
                 maximum=MAX_FILE_BYTES,
-                color=lambda s: "gray" if next_step(s).next else None,
+                color=lambda s: "gray" if next_step(s).next or s.page.caption or s.page.job else None,
             )
         with gui.add_folder("Virtual arm"):
             self.button(

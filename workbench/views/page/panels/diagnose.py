@@ -78,7 +78,7 @@ def _verdict(session: Session) -> str:
         return ""
     added = "; now part of the model" if session.results.accepted else ""
     bars = document.budget_bars(found)
-    head = heading(f"{capital(found.verdict_text)}{added}. {bars.title}")
+    head = heading(f"{capital(found.verdict_text)}{added}" + (bars.title and f". {bars.title}"))
     other = [Sentence(weighed(session, found), tone=Tone.QUIET)] if found.effects else []  # else it is shown
     why: list[Block] = [Sentence(found.message), *other]
     why += (b for part in (document.causes, document.effects, document.remarks) for b in part(found))

@@ -179,21 +179,15 @@ def _message(message: Message | None, dismiss: str) -> str:
         return ""
     ground, ink = TINTS[message.severity]
     over = f'<a href="{text(dismiss)}" title="Dismiss this message" {AWAY}>✕</a>' if dismiss else ""
+    end = "" if message.text.endswith((".", "?", "!")) else "."
     return (
         f"<div {MESSAGE}>"
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
         f'style="font-size:var(--words, 13px);line-height:1.45;background:{ground};'
         f"color:var(--mantine-color-text);border-left:3px solid {ink};"
         f'border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;max-height:45vh">'
-        f"{over}{text(_sentence(message.text))}</div></div>"
+        f"{over}{text(capital(message.text))}{end}</div></div>"
     )
-
-
-def _sentence(message: str) -> str:
-    first = message.split(maxsplit=1)[0] if message.strip() else ""
-    is_name = any(c.isdigit() or c in "./" for c in first)  # of a file or an arm: it stays as it is
-    start = message[:1] if is_name else message[:1].upper()
-    return start + message[1:] + ("" if message.endswith((".", "?", "!")) else ".")
 
 
 class CaptionPanel(AbstractPanel):

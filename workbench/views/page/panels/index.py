@@ -155,7 +155,7 @@ def determined(session: Session) -> str:
     """How many targets count, and how much these leave undetermined."""
     now = session.score
     lost = [f"target {i}: {s.obstacle}" for i, s in enumerate(session.states, 1) if not s.measurable]
-    missing, sentence = now.visible - now.rank, plural(now.measurable, "target")
+    missing, sentence = now.visible - now.rank, f"{plural(now.measurable, 'target')}, all measurable"
     if missing:
         sentence = f"{plural(now.measurable, 'target')} leave {plural(missing, 'combination')} undetermined"
     if lost:

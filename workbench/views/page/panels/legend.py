@@ -198,10 +198,10 @@ def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, st
     row, loaded = session.results.row, session.measurements.loaded
     number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
     name = f"{number}" if loaded is None else loaded.row_name(number)
-    name = f"{name}</b> from 0, {number + 1} from 1" if name == f"{number}" else f"{text(name)}</b>"
     kind = "excluded" if rows.kept_out[row] or number in session.measurements.left_out else kind
     each = ((words[stage], 1e3 * float(rows.errors[row, STAGES.index(stage)])) for stage in rows.stages)
     known = [f"{compared(error)} mm {name}" for name, error in each if np.isfinite(error)]
     errors = ", ".join(known) or "no position was measured"
-    content = f"{badge('', css(MARK))}<b>Data row {name} ({kind}): {errors}"
+    counted = "from 0; " * (name == f"{number}")
+    content = f"{badge('', css(MARK))}<b>Data row {text(name)}</b> ({counted}{kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'
