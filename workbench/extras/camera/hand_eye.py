@@ -42,8 +42,8 @@ MAX_METRES = 20.0
 IN_MM = "lengths of the {}'s poses are read as mm"
 MAX_HALF, MAX_LEFT = np.array([5e-3, 0.02]), np.array([0.02, 0.05])
 """Half intervals of the camera, and what the pairs leave, beyond which it should not be used [m, rad]."""
-MAX_LISTED = 10
-"""Pairs that are named one by one."""
+MAX_LISTED, MAX_LOST = 10, 0.25
+"""Pairs that are named one by one; share of pairs that don't agree beyond which a shift is tried."""
 MAX_SCALE = 0.01
 """Deviation from 1 of the target's scale that may be corrected by it."""
 LITTLE, STILL = np.deg2rad((10.0, 1.0))
@@ -254,7 +254,7 @@ def _paired(robot: Poses, target: Poses) -> tuple[dict[Mount, PairFit], slice, s
     given, before, after = _fits(robot, target), slice(1, None), slice(None, -1)
     best, ends = min(given.values(), key=_lost), {"before": (after, before), "after": (before, after)}
     for where, (own, part) in (
-        ends.items() if _lost(best) > pair_fit.MAX_SHARE and len(robot) > pair_fit.MIN_BOTH else ()
+        ends.items() if _lost(best) > MAX_LOST and len(robot) > pair_fit.MIN_BOTH else ()
     ):
         fits = _fits(robot[own], target[part])
         moved = min(fits.values(), key=_lost)
