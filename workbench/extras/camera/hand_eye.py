@@ -111,7 +111,7 @@ class HandEye(AbstractShown):
         turned = _with_half(("roll", "pitch", "yaw"), rpy, half, 3)
         seen = f"{where} mm in the {FRAMES[self.mounted][1]}"
         found = Sentence(f"{turned}°", "camera"), Sentence(seen, "target")
-        apart = sorted(self.fit.apart)
+        apart = [*self.fit.apart]
         errors, numbers = self.fit.errors[apart], self.row[apart].tolist()
         wrong = [f"pair {k} is off by {_error(by)}; left out" for k, by in zip(numbers, errors, strict=True)]
         if len(apart) > MAX_LISTED:
@@ -187,7 +187,10 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
     if best is not wanted:
         notes.append("the robot's poses are those of the base in the hand, as easy_handeye writes them")
     elif not is_told:
-        notes.append(_inverse(fits[best], best, mounted is None))
+        here, there = (", ".join(signed(v, 2) for v in 1e3 * p[:3, 3]) for p in fits[best].frames)
+        elsewhere = ON[min(Mount, key=lambda mount: mount is best)]
+        text = f"if the robot's are, the camera is {elsewhere} at {here} mm; if the target's, at {there} mm"
+        notes.append(f"poses may be inverse: {text}; names such as base_T_hand tell")
     fit, row = fits[best], (first + 1 if rows is None else rows[first])[part]
     doubt = shift or _doubt(fit, robot, target, row)
     chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - pair_fit.CHANCE)) * score[best]
@@ -251,14 +254,15 @@ def _fits(robot: Poses, target: Poses) -> dict[Mount, PairFit]:
 def _paired(robot: Poses, target: Poses) -> tuple[dict[Mount, PairFit], slice, str]:
     """Both fits of the pairs as given, or of each pose with the next one where only these agree; which of the
     target's poses have a pair, and that it is the next one's."""
-    given, before, after = _fits(robot, target), slice(1, None), slice(None, -1)
-    best, ends = min(given.values(), key=_lost), {"before": (after, before), "after": (before, after)}
-    for where, (own, part) in (
-        ends.items() if _lost(best) > MAX_LOST and len(robot) > pair_fit.MIN_BOTH else ()
+    given, rows = _fits(robot, target), len(robot) - 1
+    lost = min(map(_lost, given.values()))
+    for where, k in (
+        {"before": 0, "after": 1}.items() if lost > MAX_LOST and rows >= pair_fit.MIN_BOTH else ()
     ):
-        fits = _fits(robot[own], target[part])
+        part = slice(1 - k, 1 - k + rows)
+        fits = _fits(robot[k : k + rows], target[part])
         moved = min(fits.values(), key=_lost)
-        if CLEARLY * _lost(moved) < _lost(best):
+        if CLEARLY * _lost(moved) < lost:
             agree = f"the pairs agree to {_error(moved.rms)} with the robot's pose of the row {where}"
             return fits, part, f"{agree}, not with their own: shift the rows of one side by one"
     return given, slice(None), ""
@@ -267,16 +271,6 @@ def _paired(robot: Poses, target: Poses) -> tuple[dict[Mount, PairFit], slice, s
 def _lost(fit: PairFit) -> float:
     """Share of pairs that don't agree, others by how far they are from that."""
     return float(np.minimum((fit.errors / MAX_LEFT).max(1), 1.0).mean())
-
-
-def _inverse(fit: PairFit, found: Mount, is_open: bool) -> str:
-    """Where the camera is if poses are inverse, which pairs can't tell."""
-    camera, target = (", ".join(signed(v, 2) for v in 1e3 * frame[:3, 3]) for frame in fit.frames)
-    text = f"if both sides' are, the camera is at {target} mm"
-    if is_open:
-        other = ON[Mount.WORLD if found is Mount.TOOL else Mount.TOOL]
-        text = f"if the robot's are, the camera is {other} at {camera} mm; if the target's, at {target} mm"
-    return f"poses may be inverse: {text}; names such as base_T_hand tell"
 
 
 def _doubt(fit: PairFit, robot: Poses, target: Poses, row: Int[np.ndarray, " rows"]) -> str:
@@ -291,9 +285,9 @@ def _doubt(fit: PairFit, robot: Poses, target: Poses, row: Int[np.ndarray, " row
     if (fit.rms > MAX_LEFT).any():
         differ = f"the pairs differ by {_error(fit.rms)}, whatever carries the camera"
         return f"{differ}: check which poses belong together, and the size of the target"
-    apart = np.array([k for k in sorted(fit.apart) if fit.errors[k, 1] < FLIPPED], int)
-    if len(apart) >= pair_fit.MIN_PART and (fits := _fits(robot[apart], target[apart])):
-        other = min(fits.values(), key=_lost)
+    apart = np.array([k for k in fit.apart if fit.errors[k, 1] < FLIPPED], int)
+    if len(apart) >= pair_fit.MIN_PART:
+        other = min(_fits(robot[apart], target[apart]).values(), key=_lost)
         if (other.rms < CLEARLY * fit.rms).all() and 2 * len(other.kept) > len(apart):
             which = f"pairs {ranges(row[apart[other.kept]].tolist())} agree among themselves"
             return f"{which} to {_error(other.rms)}: camera or target was moved; give them alone"

@@ -5,23 +5,23 @@ of positions and rotations from the fit itself. Then each pair is judged by the 
 few rounds: it is wrong if chance would have one so far off in one file of a hundred. As rarely may camera or
 target from a pair on (it was moved, which ends that), or one factor of all positions of the target (it has
 another size), save as much. Rounds begin from all pairs, and, as too many wrong ones hide each other, from
-those that belong together.
+those that suit one closed form.
 """
 
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy import special
 
 from workbench.base import se3
-from workbench.extras.camera.resection import misfit, placed, suiting
+from workbench.extras.camera.resection import SURE, placed
 
 CHANCE, CLEARLY = 0.01, 3.0
 """Probability of setting a good pair apart in a file without bad ones, of which a third each is of pairs and
 moves of camera and target; how many times better pairs fit what they contradict else."""
-MAX_ROUNDS, MAX_WRONG = 20, 0.6
+MAX_ROUNDS, MAX_WRONG = 20, 1.0 - SURE
 """Of the fit, and of judging pairs; share of the pairs that may be wrong."""
 EQUAL, MIN_SIZE = 2.0, 0.05
 """Numbers that speak for positions as uncertain as angles times the hand's way; minimum of that way [m]."""
@@ -131,21 +131,19 @@ class PairFit:
 def fit_pairs(a: Poses, b: Poses) -> PairFit:
     """X and Z of A X B = Z; what contradicts them is let go."""
     hand, open_pose = se3.inverse(a), np.full((4, 4), np.nan)
-    x, z = frames = placed(hand, b, eye=open_pose, board=open_pose)
+    x, z, suits = placed(hand, b, eye=open_pose, board=open_pose)
     turn = np.linalg.norm(se3.pose_error(b, se3.inverse(x) @ hand @ z)[:, 3:], axis=1)
-    fit = _judged(a, b, np.array(frames), np.flatnonzero(turn > FLIPPED))
-    alone = np.setdiff1d(np.arange(len(a)), suiting(misfit(hand, b, x, z))[1])
-    if fit.moved is None and len(alone) and len(a) >= MIN_PAIRS:
-        most = _judged(a, b, np.array(frames), alone)
-        if (CLEARLY * most.rms < fit.rms).any() and len(most.apart) <= MAX_WRONG * len(a):
-            return most
-    return fit
+    wrong = ~np.isin(np.arange(len(a)), suits) & (len(a) >= MIN_PAIRS)
+    fit, most = (_judged(a, b, np.array([x, z]), apart) for apart in (turn > FLIPPED, wrong))
+    is_better = len(most.apart) <= MAX_WRONG * len(a) and (CLEARLY * most.rms < fit.rms).any()
+    return most if fit.moved is None and is_better else fit
 
 
-def _judged(a: Poses, b: Poses, frames: np.ndarray, apart: Int[np.ndarray, " k"]) -> PairFit:
+def _judged(a: Poses, b: Poses, frames: np.ndarray, apart: Bool[np.ndarray, " rows"]) -> PairFit:
     """The fit from some pairs, without those that contradict it; that camera or target was moved ends it."""
-    fit = _refined(a, b, frames, tuple(apart.tolist()), is_scaled=len(a) >= MIN_PAIRS)
-    for _ in range(MAX_ROUNDS if len(a) >= MIN_PAIRS else 0):
+    rounds = MAX_ROUNDS if len(a) >= MIN_PAIRS else 0
+    fit = _refined(a, b, frames, tuple(np.flatnonzero(apart).tolist()), is_scaled=rounds > 0)
+    for _ in range(rounds):
         if (move := fit.move) is not None:
             return replace(fit, moved=move)
         wrong, is_scaled = fit.wrong, fit.spread[12] > 0.0

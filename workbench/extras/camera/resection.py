@@ -6,8 +6,8 @@ part, so that a corner is judged by its picture and not by the joints, and one t
 excluded.
 
 Hand–eye in closed form then gives the poses of camera and board. If some pictures contradict that, it is
-found from any three that turn alike on both sides, as good ones do wherever camera and board are, and then
-from all that belong together least by chance.
+found from any three of them, so that wrong pictures spoil some only, and then from all that suit the one by
+which the best two fifths err least.
 
 Sources: Collins, Bartoli, Infinitesimal plane-based pose estimation, Int. J. Comput. Vis. 109, 2014;
 Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
@@ -20,7 +20,6 @@ from itertools import product
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import special
 
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -30,7 +29,6 @@ from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
 from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget, is_plane
-from workbench.identification.meaning.conventions import turned
 
 FAR_OFF = 50.0
 """Corners farther off than this [px] count alike when a pose is chosen."""
@@ -184,18 +182,18 @@ def _without_empty(data: Dataset) -> Dataset:
     return data.kept_out({int(i): NOTHING_USED for i in np.flatnonzero(empty)})
 
 
-SAMPLES, MIN_POSES, ROUNDS = 30, 3, 3
-"""Starts, each from a picture and half of those that turn most like it, pictures of each of them, and their
-rounds."""
-FAR, EXACT, WEIGHTS = 0.05, 1e-7, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-"""Metres within which all pictures suit, and that are none; metres that a turn counts."""
+SAMPLES, MIN_POSES, SURE = 60, 3, 0.4
+"""Draws of so many pictures, from which camera and board are placed; share of pictures that are not wrong."""
+SUITS, FAR, WEIGHTS = 6.0, 0.05, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
+"""Times what the sure ones are off, and metres, within which pictures suit poses of camera and board; metres
+that a turn counts."""
 
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pose, Pose]:
-    """Poses of camera and board that suit most pictures, in closed form.
+def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pose, Pose, np.ndarray]:
+    """Poses of camera and board that suit most pictures, in closed form, and which these are.
 
     Args:
         carried: What carries the board past the camera.
@@ -214,38 +212,17 @@ def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pos
             return there, held
         return there, mean_base(np.tile(np.eye(4), (len(rows), 1, 1)), se3.inverse(past) @ there @ alone)
 
-    best = by(every)
-    if len(every) > fewest and misfit(carried, sight, *best).max() > FAR:
-        alike = np.abs(turned(carried[:, :3, :3]) - turned(sight[:, :3, :3]))
-        near, draw = np.argsort(alike, axis=1)[:, : 1 + len(every) // 2], np.random.default_rng(0)
-        first = np.argsort(np.median(alike, axis=1))[:SAMPLES]
-        starts = (by(draw.choice(near[k], fewest, replace=False)) for k in np.resize(first, SAMPLES))
-        best = min((best, *starts), key=lambda way: suiting(misfit(carried, sight, *way), fewest)[0])
-    for _ in range(ROUNDS):
-        rows = suiting(misfit(carried, sight, *best), fewest)[1]
-        best = by(rows)
-    return best
+    def off(there: Pose, held: Pose) -> Float[np.ndarray, " rows"]:
+        return np.linalg.norm(se3.pose_error(sight, se3.inverse(there) @ carried @ held) * WEIGHTS, axis=1)
 
+    def sure(off: np.ndarray) -> float:
+        return float(np.quantile(off, SURE))
 
-def misfit(carried: Poses, sight: Poses, there: Pose, held: Pose) -> Float[np.ndarray, " rows"]:
-    """How far each picture sees the board from where it is [m], a turn counted as a way."""
-    off = se3.pose_error(sight, se3.inverse(there) @ carried @ held)
-    return np.asarray(np.linalg.norm(off * WEIGHTS, axis=1))
-
-
-def suiting(off: Float[np.ndarray, " rows"], fewest: int = MIN_POSES) -> tuple[float, Int[np.ndarray, " k"]]:
-    """The rows that belong together, by their errors, and the logarithm of how often chance has so many.
-
-        C(n, k) (r_k / r_n)^(k − p)
-
-    Errors r in ascending order; any p rows fit. It is least where the next row is one that is wrong.
-
-    Source: Moisan, Stival, A probabilistic criterion to detect rigid point matches between two images,
-    Int. J. Comput. Vis. 57(3), 2004.
-    """
-    order, n = np.argsort(off), len(off)
-    r, k = np.maximum(off[order], EXACT), np.arange(1, n + 1)
-    ways = special.gammaln(n + 1) - special.gammaln(k + 1) - special.gammaln(n - k + 1)
-    chance = (ways + (k - fewest) * np.log(r / r[-1]))[fewest - 1 :]
-    best = int(chance.argmin())
-    return float(chance[best]), order[: best + fewest]
+    best = off(*by(every))
+    if len(every) > fewest and best.max() > min(SUITS * sure(best), FAR):
+        draw = np.random.default_rng(0)
+        rows = (draw.choice(every, fewest, replace=False) for _ in range(SAMPLES))
+        best = min((best, *(off(*by(each)) for each in rows)), key=sure)
+    suits = np.flatnonzero(best <= SUITS * sure(best))
+    suits = suits if len(suits) >= fewest else every
+    return *by(suits), suits

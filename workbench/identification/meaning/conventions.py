@@ -118,11 +118,8 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
         return [(np.asarray(data.rotation), "") for data in (a, b)]
     places = (np.asarray(data.position) for data in few)
     poses = [[se3.pose(t, at) for _, t in own] for at, own in zip(places, ways, strict=True)]
-    lone = ~np.eye(len(few[0]), dtype=bool)
-    of_a, of_b = (
-        turned(np.array([t for _, t in own]))[:, lone].reshape(len(own), len(lone), -1) for own in ways
-    )
-    rows = np.array([np.median(np.abs(of_b - each), axis=2) for each in of_a])
+    turned, others = (_between(np.array([t for _, t in own])) for own in ways)
+    rows = np.array([np.median(np.abs(others - each), axis=2) for each in turned])
     off, cost = np.median(rows, axis=2), np.add.outer(*([c.cost for c, _ in own] for own in ways))
     good = np.argwhere(off < min(SMALL, CLEAR * off.min() + ROUNDING))
     tried = sorted(map(tuple, good.tolist()), key=cost.__getitem__)[:TRIED]
@@ -135,10 +132,11 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
     return [(c.rotations(d), h if tried else apart) for c, d, h in zip(told, (a, b), how, strict=True)]
 
 
-def turned(rotations: Float[np.ndarray, "*lead rows 3 3"]) -> Float[np.ndarray, "*lead rows rows"]:
-    """Angles from each row to each [rad]: those of poses A X B = Z are the same for A and B."""
-    cosine = (np.einsum("...iab,...jab->...ij", rotations, rotations) - 1.0) / 2.0
-    return np.arccos(np.clip(cosine, -1.0, 1.0))
+def _between(turns: Float[np.ndarray, "ways rows 3 3"]) -> Float[np.ndarray, "ways rows others"]:
+    """Angles by which each row is turned from the others [rad]."""
+    cosine = (np.einsum("wiab,wjab->wij", turns, turns) - 1.0) / 2.0
+    others = cosine[:, ~np.eye(turns.shape[1], dtype=bool)].reshape(*turns.shape[:2], -1)
+    return np.arccos(np.clip(others, -1.0, 1.0))
 
 
 def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:
