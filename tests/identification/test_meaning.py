@@ -72,7 +72,7 @@ def test_orientations_are_read_in_their_convention(kind):
     for declared in ("rotvec", "xyz"):
         wrong = next(k for k in ORIENTATIONS if k.name == declared).matrices(numbers)
         rows = replace(data, rotation=wrong, written=WrittenOrientation(declared, numbers))
-        _, read = as_read(robot, rows)
+        read = as_read(robot, rows)[1]
         np.testing.assert_allclose(read.rotation, data.rotation, atol=1e-9)
         unnamed = replace(data, rotation=None, written=WrittenOrientation("", numbers))
         np.testing.assert_allclose(as_read(robot, unnamed)[1].rotation, data.rotation, atol=1e-9)
@@ -163,7 +163,7 @@ def test_a_coupling_is_told_by_joints_that_move_alone_though_some_signs_are_not(
     shown = replace(data, q=data.q - data.q[:, [1]] * E[2])
     with refuses(DataError, "joint 3 = q3 + q2", "or else joint 3 = q3 + q2; joint 4 = -q4", "can't tell"):
         as_read(robot, shown)
-    arm, read = as_read(robot, shown, "found")
+    arm, read, _ = as_read(robot, shown, "found")
     np.testing.assert_allclose(arm.predict(read.q), robot.predict(data.q), atol=1e-9)
 
 
@@ -173,7 +173,7 @@ def test_the_pose_of_the_base_in_the_tool_and_the_column_of_a_jaw():
     inverse = replace(data, rotation=turned, position=-(turned @ data.position[..., None])[..., 0])
     jaw = replace(data, q=np.insert(data.q, 7, np.linspace(0.0, 0.4, len(data)), axis=1))
     for given, said in ((inverse, "base in the tool"), (jaw, "q8 moves no joint of this arm")):
-        _, read = as_read(robot, given)
+        read = as_read(robot, given)[1]
         assert mentions(read.read_as, said)
         np.testing.assert_allclose(read.position, data.position, atol=1e-9)
         np.testing.assert_array_equal(read.q, data.q)
@@ -195,7 +195,7 @@ def test_a_column_that_was_left_out_tells_which_rows_belong_together():
     with refuses(DataError, "columns='session=Station'"):
         as_read(robot, replace(data, position=places, unread=stations))
     robot, turned = measured("puma", with_rotation=True)
-    _, read = as_read(robot, replace(turned, rotation=turn("x", 2.5)[:3, :3] @ turned.rotation))
+    _, read, _ = as_read(robot, replace(turned, rotation=turn("x", 2.5)[:3, :3] @ turned.rotation))
     assert mentions("; ".join(read.notes), "the positions alone fit", "columns='rx=-,…'")
     valid = np.arange(len(data)) % 3 > 0
     stale = np.where(valid[:, None], data.position, np.roll(data.position, 1, axis=0))
@@ -289,7 +289,7 @@ def test_a_frozen_reading_is_named_and_its_rows_can_be_excluded():
 def test_one_constant_of_the_table_is_named_where_nothing_else_fits(constant, by):
     robot, data = measured("puma", with_rotation=True)
     wrong = robot.with_values({constant: float(robot.values((constant,))[0]) + by})
-    _, rows = as_read(wrong, data)
+    rows = as_read(wrong, data)[1]
     assert mentions(rows.notes[-1], constant, "instead of", "they fit to")
     assert not read_rows(robot, data).told
 

@@ -51,6 +51,15 @@ def test_labels_are_points_of_the_tool_where_the_rows_say_so(apart, count):
     assert found.best.held_out.position_mm.median < 0.3
 
 
+def test_a_row_far_beyond_the_others_of_a_calibrated_arm_is_named():
+    """8 mm beside 0.1 mm were in the table alone."""
+    rows = rows_of(1)
+    arm = identify("aria", rows.take(np.arange(60)), algorithms=("opt2",), held_out=0.0).robot
+    fresh = wrong(rows.take(np.arange(60, 100)), 7, 0.005)
+    assert "row 67 (8.6" in " ".join(evaluate(arm, fresh).warnings)
+    assert not evaluate(arm, rows.take(np.arange(60, 100))).warnings
+
+
 @pytest.mark.parametrize("first", [1, 101])
 def test_rows_have_the_numbers_that_their_file_gives_them(first):
     table = wrong(rows_of(1, 60), 37, 0.1).to_frame().assign(Nr=np.arange(first, first + 60).astype(str))

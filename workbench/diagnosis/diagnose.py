@@ -74,7 +74,7 @@ def diagnose(
     if why := preparation_of(data).undiagnosed:
         raise DataError(f"{data.source}: {why}")
     began, choices = perf_counter(), with_fields(FitChoices, choices, fields)
-    robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
+    robot, data, _ = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
     massed, rng = with_assumed_masses(robot), np.random.default_rng(choices.seed)
     refuse_heavy(massed, data)

@@ -19,7 +19,7 @@ from workbench.identification.frames import choose_frames, doubt_of
 from workbench.identification.meaning.as_read import as_read
 from workbench.identification.result import Evaluation, Outlier, computed_text, set_apart
 from workbench.identification.rows.excluded_outliers import gross_limit
-from workbench.identification.rows.outlying_rows import MAX_ACCIDENTS
+from workbench.identification.rows.outlying_rows import MAX_ACCIDENTS, limits
 
 
 @checked_arguments()
@@ -41,7 +41,7 @@ def evaluate(
         reading: What rows mean that fit far better in another reading, as in `FitChoices`.
         exclude: Further rows to leave out, with the reason.
     """
-    robot, data = as_read(robot, data, reading, exclude=exclude, notes_rival=True)
+    robot, data, rival = as_read(robot, data, reading, exclude=exclude, takes_rival=True)
     data = with_drivers(robot, checked(robot, data))
     used = data.take(data.included)
     if not len(used):
@@ -52,12 +52,14 @@ def evaluate(
         arm = robot.with_frames(**{k: replace(f, free=Freedom.AUTO) for k, f in held.items()})
     choice, fitted, far = None, 0, np.zeros(len(used), bool)
     errors = UNKNOWN if fit_frames else row_errors(robot, used)
-    while True:  # until all gross outliers take no part in base and tool
+    while True:  # until no outliers take part in base and tool
         if fit_frames:
             choice = choose_frames(arm, some := used.take(~far), free=())
             errors = row_errors(choice.robot, used, known=instrument_places(choice.robot, some))
         others = errors.take(~far)
-        more = far | (errors.position > gross_limit(1e-3 * others.position_mm.median, robot.reach))
+        sizes = np.nan_to_num([errors.position, errors.rotation, errors.tilt]).T
+        gross = errors.position > gross_limit(1e-3 * others.position_mm.median, robot.reach)
+        more = far | gross | (sizes > limits(sizes)).any(1)
         if (more == far).all() or more.mean() >= MAX_ACCIDENTS:
             break
         far = more
@@ -76,8 +78,6 @@ def evaluate(
         how = "took no part in base and tool" if fit_frames else "included in these errors"
         said.append(set_apart(tuple(map(Outlier, *columns)), others, used, how))
     doubt, is_foreign = doubt_of(robot, used.take(~far), others, fitted)
-    rival = next((note for note in notes if note.startswith("the arm is ")), "")
-    notes = tuple(note for note in notes if note != rival)
     is_nominal = robot.calibration is None and not said and not doubt and not rival
     said += filter(None, [doubt, rival, computed_text(robot, others, data) if is_nominal else ""])
     return Evaluation(robot, used, errors, notes, tuple(said), rival or doubt * is_foreign)

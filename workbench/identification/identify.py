@@ -77,7 +77,7 @@ def identify(
         raise OptionError("give a robot; it may be omitted only for rows with tool poses instead of joints")
     chosen = _algorithms(algorithms)
     choices = with_fields(FitChoices, choices, fields)
-    robot, data = as_read(robot, data, choices.reading, exclude=choices.exclude)
+    robot, data, _ = as_read(robot, data, choices.reading, exclude=choices.exclude)
     choices = choices_as_read(robot, choices)
     with part_of(0.0, 0.4):
         ready, outlying = prepare_without_outliers(

@@ -121,6 +121,7 @@ def test_pass_and_fail(arm):
     assert "Passed" in passed._repr_html_()
     failed = wb.verify(calibrated, fresh, wanted=0.99 * worst)
     assert failed.verdict.startswith("Failed: 1 of 70 measurements of 70 fresh poses")
+    assert mentions(failed.verdict, f"row {int(wb.evaluate(calibrated, fresh).errors.position.argmax())}")
     assert mentions(failed.warnings[0], "70 different poses")  # fewer than 100
     for off, said in ((0.025, ["not 43.3 mm"]), ([0, 0, 5e-3], ["another base", "5.00 mm"])):  # a tripod's
         moved = wb.verify(calibrated, replace(fresh, position=fresh.position + np.array(off)), wanted=1e-3)
@@ -132,6 +133,14 @@ def test_pass_and_fail(arm):
     for wanted in (0.0, "large"):
         with refuses(OptionError, option="wanted"):
             wb.verify(calibrated, fresh, wanted=wanted)
+
+
+def test_a_sister_arm_neither_passes_nor_fails():
+    q = np.random.default_rng(0).uniform(-1.8, 1.8, (40, 6))
+    rows = wb.Dataset(q=q, position=wb.load_robot("ur10e").predict(q)[:, :3, 3])
+    found = wb.verify(wb.load_robot("ur10"), rows, wanted=1.0)
+    assert mentions(found.verdict, "No verdict: the arm is UR10e", "choose the robot 'ur10e'")
+    assert found.passed is False
 
 
 def test_limits_per_axis_are_judged_axis_by_axis(arm):

@@ -23,11 +23,12 @@ from workbench.base.array_checks import check_rotations, numbers
 from workbench.base.errors import DataError
 from workbench.base.files import check_ending, write_text
 from workbench.base.hand_eye import nearest_rotation
-from workbench.base.wording import in_mm, plural
+from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units, repeats_text
+from workbench.extras.camera import pair_fit
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.pair_fit import CHANCE, FLIPPED, MIN_BOTH, MIN_SIZE, PairFit, Poses, fit_pairs
+from workbench.extras.camera.pair_fit import CLEARLY, FLIPPED, PairFit, Poses, fit_pairs
 from workbench.extras.camera.pose_pairs import WANTED, read_pairs
 from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
@@ -41,12 +42,13 @@ MAX_METRES = 20.0
 IN_MM = "lengths of the {}'s poses are read as mm"
 MAX_HALF, MAX_LEFT = np.array([5e-3, 0.02]), np.array([0.02, 0.05])
 """Half intervals of the camera, and what the pairs leave, beyond which it should not be used [m, rad]."""
+MAX_LISTED, MAX_LOST = 10, 0.25
+"""Pairs that are named one by one; share of pairs that don't agree beyond which a shift is tried."""
 MAX_SCALE = 0.01
 """Deviation from 1 of the target's scale that may be corrected by it."""
-LITTLE = np.deg2rad(10.0)
-"""A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open."""
-CLEARLY = 3.0
-"""How many times better the pairs fit another mount than the one they contradict."""
+LITTLE, STILL = np.deg2rad((10.0, 1.0))
+"""A hand that turned by less about all axes but one (rms) leaves the camera's place along that one open; one
+that turned by less about all, altogether."""
 FRAMES = {Mount.TOOL: ("hand", "base"), Mount.WORLD: ("base", "hand")}
 """What the camera's pose is in, and the target's."""
 YAML = """parameters:
@@ -109,9 +111,13 @@ class HandEye(AbstractShown):
         turned = _with_half(("roll", "pitch", "yaw"), rpy, half, 3)
         seen = f"{where} mm in the {FRAMES[self.mounted][1]}"
         found = Sentence(f"{turned}°", "camera"), Sentence(seen, "target")
-        errors = {self.row[k]: self.fit.errors[k] for k in self.fit.apart}
-        wrong = [f"pair {number} is off by {_error(off)}; left out" for number, off in errors.items()]
-        if any(off[1] > FLIPPED for off in errors.values()):
+        apart = [*self.fit.apart]
+        errors, numbers = self.fit.errors[apart], self.row[apart].tolist()
+        wrong = [f"pair {k} is off by {_error(by)}; left out" for k, by in zip(numbers, errors, strict=True)]
+        if len(apart) > MAX_LISTED:
+            by = " to ".join(map(_error, (errors.min(0), errors.max(0))))
+            wrong = [f"{len(apart)} of {len(self.row)} pairs are off by {by}; left out: {ranges(numbers)}"]
+        if (errors[:, 1] > FLIPPED).any():
             wrong.append("half a turn: a chessboard's corners counted from its other end")
         return headed(self.sentence, *found, *lines("warning", wrong), notes=self.notes)
 
@@ -161,15 +167,15 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
         source = " and ".join(map(str, paths))
         *poses, rows, is_told, is_inverting, notes = read_pairs(*paths)
     (robot, target), first = _checked(poses, source, notes)
-    fits = _fits(robot, target)
+    fits, part, shift = _paired(robot, target)
     for side, poses, factor in (("robot", robot, 1e-3), ("target", target, 1e3)):
         other = min(abs(fit.scale / factor - 1.0) for fit in fits.values())
         if (in_mm := IN_MM.format(side)) in notes and other < MAX_SCALE:
             notes.remove(in_mm)
             poses[:, :3, 3] *= 1e3
-            fits = _fits(robot, target)
-    size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), MIN_SIZE)
-    score = {m: float(fit.rms @ (1.0 / size, 1.0)) / np.sqrt(fit.spare) for m, fit in fits.items()}
+            fits, part, shift = _paired(robot, target)
+    size = max(float(np.ptp(robot[:, :3, 3], axis=0).max()), pair_fit.MIN_SIZE)
+    score = {m: float(fit.rms @ (1.0 / size, 1.0)) / fit.spare for m, fit in fits.items()}
     best = min(score, key=score.__getitem__)
     wanted = mounted or best
     if score[wanted] <= CLEARLY * score[best]:
@@ -181,10 +187,13 @@ def handeye(pairs: Path | Sequence[Path] | Sequence[Poses], *, mounted: Like[Mou
     if best is not wanted:
         notes.append("the robot's poses are those of the base in the hand, as easy_handeye writes them")
     elif not is_told:
-        notes.append("poses may be inverse, and the camera elsewhere; names such as base_T_hand tell")
-    fit, row = fits[best], first + 1 if rows is None else rows[first]
-    doubt = _shifted(fit, robot, target) or _doubt(fit, robot[:, :3, :3], row)
-    chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - CHANCE)) * score[best]
+        here, there = (", ".join(signed(v, 2) for v in 1e3 * p[:3, 3]) for p in fits[best].frames)
+        elsewhere = ON[min(Mount, key=lambda mount: mount is best)]
+        text = f"if the robot's are, the camera is {elsewhere} at {here} mm; if the target's, at {there} mm"
+        notes.append(f"poses may be inverse: {text}; names such as base_T_hand tell")
+    fit, row = fits[best], (first + 1 if rows is None else rows[first])[part]
+    doubt = shift or _doubt(fit, robot, target, row)
+    chance = np.sqrt(special.fdtri(fit.spare, fit.spare, 1.0 - pair_fit.CHANCE)) * score[best]
     if max(score.values()) < chance:
         both = f"{len(robot)} pairs fit a camera on the tool and in the cell alike"
         notes += [f"{both}: it is {ON[wanted]} as given"] * (mounted is not None)
@@ -242,34 +251,63 @@ def _fits(robot: Poses, target: Poses) -> dict[Mount, PairFit]:
     return {Mount.TOOL: fit_pairs(robot, target), Mount.WORLD: fit_pairs(se3.inverse(robot), target)}
 
 
-def _shifted(fit: PairFit, robot: Poses, target: Poses) -> str:
-    """That pairs which differ agree where each pose goes with the next one; empty if not."""
-    ends = {"before": (robot[:-1], target[1:]), "after": (robot[1:], target[:-1])}
-    for where, pair in ends.items() if (fit.rms > MAX_LEFT).any() and len(robot) > MIN_BOTH else ():
-        moved = min((f.rms for f in _fits(*pair).values()), key=sum)
-        if (CLEARLY * moved < fit.rms).all():
-            agree = f"the pairs agree to {_error(moved)} with the robot's pose of the row {where}"
-            return f"{agree}, to {_error(fit.rms)} as given: shift the rows of one side by one"
-    return ""
+def _paired(robot: Poses, target: Poses) -> tuple[dict[Mount, PairFit], slice, str]:
+    """Both fits of the pairs as given, or of each pose with the next one where only these agree; which of the
+    target's poses have a pair, and that it is the next one's."""
+    given, rows = _fits(robot, target), len(robot) - 1
+    lost = min(map(_lost, given.values()))
+    for where, k in (
+        {"before": 0, "after": 1}.items() if lost > MAX_LOST and rows >= pair_fit.MIN_BOTH else ()
+    ):
+        part = slice(1 - k, 1 - k + rows)
+        fits = _fits(robot[k : k + rows], target[part])
+        moved = min(fits.values(), key=_lost)
+        if CLEARLY * _lost(moved) < lost:
+            agree = f"the pairs agree to {_error(moved.rms)} with the robot's pose of the row {where}"
+            return fits, part, f"{agree}, not with their own: shift the rows of one side by one"
+    return given, slice(None), ""
 
 
-def _doubt(fit: PairFit, hand: Float[np.ndarray, "rows 3 3"], row: Int[np.ndarray, " rows"]) -> str:
+def _lost(fit: PairFit) -> float:
+    """Share of pairs that don't agree, others by how far they are from that."""
+    return float(np.minimum((fit.errors / MAX_LEFT).max(1), 1.0).mean())
+
+
+def _doubt(fit: PairFit, robot: Poses, target: Poses, row: Int[np.ndarray, " rows"]) -> str:
     """Why a camera's pose should not be used as it is; empty if it may be."""
     if fit.moved is not None:
         what, by, pair = fit.moved
         between = f"between pairs {row[fit.kept[fit.kept < pair][-1]]} and {row[pair]}"
         return f"the {what} moved by {_error(by)} {between}: give those before or after alone"
     if abs(fit.scale - 1.0) > MAX_SCALE and fit.rms[1] <= MAX_LEFT[1] and fit.scale > fit.half[12]:
-        return f"{_scale(fit)}: correct the target's size, the focal length or the unit"
+        size = f"{_scale(fit)}: correct the target's size, the focal length or the unit"
+        return "; ".join(filter(None, [_open(fit, robot), size]))
     if (fit.rms > MAX_LEFT).any():
         differ = f"the pairs differ by {_error(fit.rms)}, whatever carries the camera"
         return f"{differ}: check which poses belong together, and the size of the target"
+    apart = np.array([k for k in fit.apart if fit.errors[k, 1] < FLIPPED], int)
+    if len(apart) >= pair_fit.MIN_PART:
+        other = min(_fits(robot[apart], target[apart]).values(), key=_lost)
+        if (other.rms < CLEARLY * fit.rms).all() and 2 * len(other.kept) > len(apart):
+            which = f"pairs {ranges(row[apart[other.kept]].tolist())} agree among themselves"
+            return f"{which} to {_error(other.rms)}: camera or target was moved; give them alone"
+    if 2 * len(fit.kept) < len(row):
+        return f"only {len(fit.kept)} of {len(row)} pairs agree: check which poses belong together"
+    return _open(fit, robot)
+
+
+def _open(fit: PairFit, robot: Poses) -> str:
+    """That the pairs leave the camera's place open, and what to do; empty if they don't."""
     worst = fit.half[:6].reshape(2, 3).max(1)
     if (worst <= MAX_HALF).all():
         return ""
+    hand = robot[:, :3, :3]
     turns = se3.matrix_to_rotvec(nearest_rotation(hand.sum(0)).T @ hand)
     _, extent, axes = np.linalg.svd(turns - turns.mean(0), full_matrices=False)
     known = f"the camera is known to ± {in_mm(worst[0])}, ± {np.rad2deg(worst[1]):.2g}° only: "
+    if extent[0] < STILL * np.sqrt(len(turns)):
+        kept = f"within {np.rad2deg(extent[0] / np.sqrt(len(turns))):.2g}°"
+        return f"the camera's place is open: the hand kept one orientation ({kept}): turn it about two axes"
     if extent[1] > LITTLE * np.sqrt(len(turns)):
         return known + "add pairs, with the hand turned further between them"
     axis = int(np.abs(axes[0]).argmin())

@@ -173,7 +173,7 @@ class PixelObservation(AbstractObservation):
             c, b = eyes[i].number, held_by[j].number
             rows, camera = shown[:, c, b] & eyes[i].rows & held_by[j].rows, self.rig.cameras[c]
             carried, sight = camera.carried(poses[rows]), self.sight[rows, c, b]
-            cameras[i], boards[j] = placed(carried, sight, eye=cameras[i], board=boards[j])
+            cameras[i], boards[j], _ = placed(carried, sight, eye=cameras[i], board=boards[j])
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         place, shape = self._place, self.measured.shape

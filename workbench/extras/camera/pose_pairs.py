@@ -54,12 +54,12 @@ JOINT, NO_QUATERNION = (
 _HELD = "gripper|hand|eef?|tool0?|tcp|flange|effector|target|marker|tag|object|pattern|[a-z]*board|chess"
 _HOLDER = "base|world|o|robot|cam(?:era)?|sensor|optical"
 _OF_IN = "[TH]_(?:{0})_(?:{1})|(?:{0})_[TH]_(?:{1})|(?:{1})(?:2|_wrt_|_(?:pose_)?in_)(?:{0})"
-_ASKED = r"|(?:^|_)(?:[rf][PM]e|b[TH][eg]|c[PMTH][otw])_|^(?:target_)?(?:[xyz]|q[wxyz])(?![a-z_])"
+_NAMED = r"|(?:^|_)(?:[rf][PM]e|b[TH][eg]|c[PMTH][otw])_"
 DIRECT, INVERSE = (
     re.compile(rf"(?:^|_)(?:{_OF_IN.format(*both)})(?![a-z]){more}", re.I)
-    for *both, more in ((_HOLDER, _HELD, _ASKED), (_HELD, _HOLDER, ""))
+    for *both, more in ((_HOLDER, _HELD, _NAMED), (_HELD, _HOLDER, ""))
 )
-"""Names of hands in bases and targets in cameras, as asked for, and of the other way round."""
+"""Names of hands in bases and targets in cameras, and of the other way round."""
 EASY_HANDEYE = re.compile(rb"\b(hand_world_samples|robot)[\"']?\s*:")
 ANGLES = {"alpha": "rx", "beta": "ry", "gamma": "rz"}
 """Angles of Halcon, whose order the pairs tell."""

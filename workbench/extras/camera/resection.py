@@ -6,8 +6,8 @@ part, so that a corner is judged by its picture and not by the joints, and one t
 excluded.
 
 Hand–eye in closed form then gives the poses of camera and board. If some pictures contradict that, it is
-found from any three of them, so that wrong pictures spoil some only, and then from all that suit the one with
-the least median error.
+found from any three of them, so that wrong pictures spoil some only, and then from all that suit the one by
+which the best two fifths err least.
 
 Sources: Collins, Bartoli, Infinitesimal plane-based pose estimation, Int. J. Comput. Vis. 109, 2014;
 Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
@@ -182,17 +182,18 @@ def _without_empty(data: Dataset) -> Dataset:
     return data.kept_out({int(i): NOTHING_USED for i in np.flatnonzero(empty)})
 
 
-SAMPLES, MIN_POSES = 30, 3
-"""Draws of so many pictures, from which camera and board are placed."""
+SAMPLES, MIN_POSES, SURE = 60, 3, 0.4
+"""Draws of so many pictures, from which camera and board are placed; share of pictures that are not wrong."""
 SUITS, FAR, WEIGHTS = 6.0, 0.05, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-"""Medians, and metres, within which pictures suit poses of camera and board; metres that a turn counts."""
+"""Times what the sure ones are off, and metres, within which pictures suit poses of camera and board; metres
+that a turn counts."""
 
 Pose = Float[np.ndarray, "4 4"]
 Poses = Float[np.ndarray, "rows 4 4"]
 
 
-def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pose, Pose]:
-    """Poses of camera and board that suit most pictures, in closed form.
+def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pose, Pose, np.ndarray]:
+    """Poses of camera and board that suit most pictures, in closed form, and which these are.
 
     Args:
         carried: What carries the board past the camera.
@@ -214,10 +215,14 @@ def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pos
     def off(there: Pose, held: Pose) -> Float[np.ndarray, " rows"]:
         return np.linalg.norm(se3.pose_error(sight, se3.inverse(there) @ carried @ held) * WEIGHTS, axis=1)
 
+    def sure(off: np.ndarray) -> float:
+        return float(np.quantile(off, SURE))
+
     best = off(*by(every))
-    if len(every) > fewest and best.max() > min(SUITS * np.median(best), FAR):
+    if len(every) > fewest and best.max() > min(SUITS * sure(best), FAR):
         draw = np.random.default_rng(0)
         rows = (draw.choice(every, fewest, replace=False) for _ in range(SAMPLES))
-        best = min((best, *(off(*by(each)) for each in rows)), key=np.median)
-    suits = np.flatnonzero(best <= SUITS * np.median(best))
-    return by(suits if len(suits) >= fewest else every)
+        best = min((best, *(off(*by(each)) for each in rows)), key=sure)
+    suits = np.flatnonzero(best <= SUITS * sure(best))
+    suits = suits if len(suits) >= fewest else every
+    return *by(suits), suits

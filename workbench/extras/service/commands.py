@@ -21,7 +21,7 @@ def verify(
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, pass or fail."""
     arm, fit_frames = wb.load_robot(robot), opt.fits_frames(frames)
     found = wb.verify(arm, files.read(data, arm), wanted=wanted, fit_frames=fit_frames)
-    opt.give(found, found.verdict if found.passed is False else "")
+    opt.give(found, found.verdict if found.passed is False or found.evaluation.foreign else "")
 
 
 @in_section("Calibrate")

@@ -27,7 +27,7 @@ from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.base.wording import plural
+from workbench.base.wording import first_of, plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.arguments import DatasetLike, RobotLike, WantedLike
 from workbench.data.dataset import Dataset
@@ -111,8 +111,8 @@ class Verification(AbstractShown):
 
     @property
     def passed(self) -> bool | None:
-        """Whether every fresh row keeps what was wanted; None where nothing was."""
-        return None if self.wanted is None else bool(self.within.all())
+        """Whether every fresh row is of this arm and keeps what was wanted; None where nothing was."""
+        return None if self.wanted is None else bool(self.within.all() and not self.evaluation.foreign)
 
     @property
     def poses(self) -> int:
@@ -121,12 +121,16 @@ class Verification(AbstractShown):
 
     @property
     def verdict(self) -> str:
+        if self.evaluation.foreign:
+            return f"No verdict: {self.evaluation.foreign}."
         if self.wanted is None:
             return "No verdict: set a required error (such as --wanted 0.3mm)."
         rows = f"{plural(len(self.pose), 'measurement')} of {plural(self.poses, 'fresh pose')}"
         if self.passed:
             return f"Passed: all {rows} are within {self.wanted.text}."
-        return f"Failed: {(~self.within).sum()} of {rows} beyond {self.wanted.text}."
+        failed = self.evaluation.data.row[~self.within].tolist()
+        which = f"row{'s' * (len(failed) > 1)} {first_of(failed, LISTED)}"
+        return f"Failed: {len(failed)} of {rows} beyond {self.wanted.text}: {which}."
 
     def blocks(self) -> Iterator[Block]:
         errors, name = self.evaluation.errors, self.evaluation.robot.name
@@ -196,18 +200,19 @@ def verify(
     Raises:
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
-    robot, data = as_read(robot, data, notes_rival=True)
+    robot, data, rival = as_read(robot, data, takes_rival=True)
     robot.check_joints(data.q, data.source)
     data, warnings = _fresh(robot, data)
     found = evaluate(robot, data, fit_frames=fit_frames, reading="given")
     seen = np.isfinite(found.errors.position)
     if not seen.any():
         raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
-    found = replace(found, data=found.data.take(seen), errors=found.errors.take(seen))
+    of_arm = rival or found.foreign
+    found = replace(found, data=found.data.take(seen), errors=found.errors.take(seen), foreign=of_arm)
     pose, group = pose_units(replace(found.data, group=None)), pose_units(found.data)
     rng = np.random.default_rng(0)
     turned = np.isfinite(found.errors.rotation)
-    warnings += (*found.warnings, *unobserved_text(robot))
+    warnings += (*(text for text in found.warnings if text != found.foreign), *unobserved_text(robot))
     if not seen.all():
         warnings.append(f"{seen.sum()} of {len(seen)} rows have a measured position; the others are ignored")
     if fit_frames or data.distance is not None or data.contact is not None:

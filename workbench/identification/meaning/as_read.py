@@ -39,9 +39,9 @@ def as_read(
     *,
     exclude: Mapping[int, str] | None = None,
     keeps_arm: bool = False,
-    notes_rival: bool = False,
-) -> tuple[Robot, Dataset]:
-    """An arm and its rows in the reading that is clearly theirs, with a note on it.
+    takes_rival: bool = False,
+) -> tuple[Robot, Dataset, str]:
+    """An arm, its rows as they clearly are, with a note on it, and that these are another arm's or "".
 
     Units and conventions that a heading leaves open are applied. Signs, zeros, couplings, order, and
     another arm end with a sentence and its remedy, since a saved arm must count its joints as the
@@ -51,7 +51,7 @@ def as_read(
         how: What is accepted, as of `FitChoices.reading`.
         exclude: Numbers of rows that are kept out, with the reason.
         keeps_arm: Whether the rows are changed in any case.
-        notes_rival: Whether rows of another built-in arm are noted and taken, as where nothing is fitted.
+        takes_rival: Whether rows of another built-in arm are taken, as where nothing is fitted.
 
     Raises:
         DataError: another reading is clearly better and `how` doesn't accept it, or the rows are of no such
@@ -60,9 +60,9 @@ def as_read(
     """
     data = without(data, exclude or {})
     if how == "given" or data.readings is not None:
-        return robot, with_units(robot, data) if data.missing_units else data
-    arm, rows = _as_read(robot, data, how, keeps_arm, notes_rival)
-    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows)))
+        return robot, with_units(robot, data) if data.missing_units else data, ""
+    arm, rows, rival = _as_read(robot, data, how, keeps_arm, takes_rival)
+    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows))), rival
 
 
 _meaning = lru_cache(maxsize=2)(read_rows)
@@ -81,38 +81,38 @@ def understood(robot: Robot, data: Dataset) -> tuple[Dataset, RowMeaning | None]
 
 
 def _as_read(
-    robot: Robot, data: Dataset, how: str, keeps_arm: bool, notes_rival: bool
-) -> tuple[Robot, Dataset]:
+    robot: Robot, data: Dataset, how: str, keeps_arm: bool, takes_rival: bool
+) -> tuple[Robot, Dataset, str]:
     data, meaning = understood(robot, with_wires(robot, with_planes(robot, without_still_turns(robot, data))))
     if data.missing_units:
-        return _as_read(robot, with_units(robot, data), how, keeps_arm, notes_rival)
+        return _as_read(robot, with_units(robot, data), how, keeps_arm, takes_rival)
     if how not in {"auto", "found"} and not (meaning is not None and meaning.is_misread):
         known = "'auto', 'found' or 'given', as these rows mean one thing"
         raise OptionError(f"reading must be {known}, got '{how}'", option="reading", found=how)
     if meaning is None and data.position is not None and data.session is not None:
         few = f"no session has {MIN_ROWS} rows with a position: what they mean was not checked"
-        return robot, _with_notes(data, few)
+        return robot, _with_notes(data, few), ""
     if meaning is None or (data.joints != robot.dof and not meaning.is_found):
-        return robot, data
+        return robot, data, ""
     if meaning.is_misread:
         sentence = f"{meaning.text(bare=bool(robot.effects))}; {meaning.remedy}"
-        if meaning.best.other and notes_rival:
-            return robot, _with_notes(data, sentence.rpartition(", or ")[0])
+        if meaning.best.other and takes_rival:
+            return robot, data, sentence.rpartition(", or ")[0]
         if meaning.best.other or (accepted := meaning.accepted(how)) is None:
             raise DataError(f"{data.source}: {sentence}")
         arm = None if keeps_arm else accepted.on(robot)
         sentence = replace(meaning, best=accepted).text(bare=bool(robot.effects))
         note = f"{'read so' if arm in (None, robot) else 'the arm counts so'}: {sentence}"
-        return arm or robot, _read_as(accepted.apply(data, joints=arm is None), note)
+        return arm or robot, _read_as(accepted.apply(data, joints=arm is None), note), ""
     if data.joints != robot.dof:
-        return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, notes_rival)
+        return _as_read(robot, with_own_columns(robot, data), how, keeps_arm, takes_rival)
     data, given = as_told(data, meaning), meaning.given
     if given is None or meaning.is_far:
         checked(robot, data)  # a unit that the numbers contradict is named before any other arm
         unread = "".join(f"; {note}" for note in data.notes if note.startswith("columns left out"))
         raise DataError(f"{data.source}: {meaning.text()}; {meaning.remedy}{unread}")
     told = _unconfirmed(data) if meaning.is_found else (meaning.text(), meaning.cure)
-    return robot, _with_notes(data, *filter(None, told))
+    return robot, _with_notes(data, *filter(None, told)), ""
 
 
 def with_own_columns(robot: Robot, data: Dataset) -> Dataset:

@@ -233,7 +233,7 @@ def matched_to_arm(robot: Robot, loaded: Loaded, *, accept: str = "") -> Loaded:
     rows = with_own_columns(robot, loaded.read)
     match = arm_match(robot, rows)
     if not match.is_foreign or accept in match.readings:
-        _, rows = as_read(robot, rows, accept or "found", keeps_arm=True)
+        rows = as_read(robot, rows, accept or "found", keeps_arm=True)[1]
         match = replace(match, meaning=None)
     dataset = rows if match.rival or match.readings else checked(robot, rows)
     return replace(loaded, dataset=dataset, notes=dataset.notes, match=match)
