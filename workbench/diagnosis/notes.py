@@ -17,8 +17,8 @@ from workbench.identification.preparation import UNKNOWN_NOISE
 from workbench.identification.rows.excluded_outliers import suspect_note
 
 NO_DIRECTION = (
-    "backlash that depends on the direction of motion was not tried: rows have neither times nor directions; "
-    "add time[s] if they are in the order of measurement, or else direction1 …"
+    "backlash that depends on the direction of motion was not tried: rows have neither directions nor times "
+    "that differ; add time[s] if they are in the order of measurement, or else direction1 …"
 )
 NO_PAYLOAD = (
     "no row has a payload: what gives way is sized as if the arm carried no more than its own links, and too "

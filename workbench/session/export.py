@@ -29,6 +29,8 @@ File = tuple[str, bytes]
 """Its name and contents."""
 NotedFile = tuple[str, bytes, tuple[str, ...]]
 """The same, and what to tell with it."""
+Make = Callable[..., File | NotedFile]
+"""Makes one of a session."""
 T = TypeVar("T")
 
 
@@ -164,10 +166,8 @@ def stem_of(name: str) -> str:
 
 def _poses_csv(robot: Robot, q: np.ndarray, **more: list) -> bytes:
     """A table of postures, with more columns by their headings."""
-    heads, out = (
-        [f"q{i}[{'mm' if slides else 'deg'}]" for i, slides in enumerate(sliding(robot), 1)],
-        io.StringIO(),
-    )
+    heads = [f"q{i}[{'mm' if slides else 'deg'}]" for i, slides in enumerate(sliding(robot), 1)]
+    out = io.StringIO()
     rows = zip(*shown_joints(robot, q).round(4).T.tolist(), *more.values(), strict=True)
     csv.writer(out).writerows([[*heads, *more], *rows])
     return out.getvalue().encode()

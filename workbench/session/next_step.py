@@ -28,7 +28,7 @@ from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.commands.undo import RestoreBest
-from workbench.session.export import File, NotedFile, calibrated_urdf, fixture_zip, next_poses_csv
+from workbench.session.export import Make, calibrated_toml, calibrated_urdf, fixture_zip, next_poses_csv
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
@@ -47,7 +47,7 @@ class Action:
     tab: Tab
     command: AbstractCommand | None = None
     then: AbstractCommand | None = None
-    save: Callable[[Session], File | NotedFile] | None = None
+    save: Make | None = None
 
 
 @dataclass(frozen=True)
@@ -87,17 +87,18 @@ def next_step(session: Session) -> NextStep:
     """
     row, step = next((row, found) for row in ROWS if (found := row(session)) is not None)
     if row in RESULTS and (exclude := _exclude_suspects(session)) is not None:
-        step = replace(step, other=exclude)
+        beside = () if step.other is None or not step.more else (step.other, *step.more)
+        step = replace(step, other=exclude, more=beside)
     loaded, file = session.measurements.loaded, session.measurements.unread
     if loaded is not None and file is not None and file.match is not None and session.is_idle:
         step = replace(step, other=_change_to(file.match))
-    judged = arm_judgement(session) if step.next == TAKE else None
+    judged = arm_judgement(session) if step.next is not None and step.next.tab is Tab.EXPORT else None
     if judged is not None:
         tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
         step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
     is_new = lambda at: at is not None and (at.tab is not session.page.tab or at.command or at.save)  # noqa: E731
     following, other = (at if is_new(at) else None for at in (step.next, step.other))
-    return replace(step, next=following, other=other)
+    return replace(step, next=following, other=other, more=tuple(filter(is_new, step.more)))
 
 
 def _under_way(session: Session) -> NextStep | None:
@@ -186,10 +187,14 @@ def _added(session: Session) -> NextStep | None:
     else:
         ask = "" if found.remaining.known_noise else "; state the instrument's noise to know if it is more"
         left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
-    if "URDF" in (errors := file_errors(session)):
-        alone = compared(errors["URDF"].position_mm.mean)
-        left += f". A URDF holds geometry alone, fitted again for that: {alone} mm"
-    return NextStep(f"{before_and_after(session)}. {left}.", tone, TAKE, COMPARE)
+    sentence = f"{before_and_after(session)}. {left}."
+    left_by = {name: errors.position_mm.mean for name, errors in file_errors(session).items()}
+    if not left_by.get("URDF", 0.0) > left_by.get("TOML", 0.0):
+        return NextStep(sentence, tone, TAKE, COMPARE)
+    urdf, toml = (f"Save as {name} ({compared(left_by[name])} mm)" for name in ("URDF", "TOML"))
+    sentence += " Only the TOML holds all of it; a URDF holds geometry alone, fitted again for that."
+    whole = replace(TAKE, label=toml, save=calibrated_toml)
+    return NextStep(sentence, tone, whole, replace(TAKE, label=urdf), more=(COMPARE,))
 
 
 def _diagnosed(session: Session) -> NextStep | None:
@@ -262,13 +267,14 @@ RESULTS = _added, _diagnosed, _identified
 
 def _exclude_suspects(session: Session) -> Action | None:
     """Excludes the held-out rows of the same file that no arm explains, and finds the result without them."""
-    out = session.measurements.left_out
+    loaded, out = session.measurements.loaded, session.measurements.left_out
     found = session.results.identification or session.results.diagnosis
     wrong = {*suspects(session)} - out
     after = _stale(session.updated("measurements", left_out=out | wrong)) if wrong else None
-    if found is None or after is None or after.next is None or not found.is_one_file:
+    if loaded is None or found is None or after is None or not (after.next and found.is_one_file):
         return None
-    label = f"Exclude {'it' if len(wrong) == 1 else f'{len(wrong)} rows'}, {after.next.label.lower()}"
+    named = f"row {loaded.row_name(min(wrong))}" if len(wrong) == 1 else f"{len(wrong)} rows"
+    label = f"Exclude {named}, {after.next.label.lower()}"
     return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out | wrong))), after.next.command)
 
 

@@ -83,13 +83,9 @@ class Worker:
         self._task: AbstractTask | None = None
         self._waiting: Callable[[], None] | None = None
         self._busy = self._closing = False
+        notify = lambda severity, text: self.submit(Tell(text, severity))  # noqa: E731
         for keeper in self._keepers:
-            keeper.begin(
-                session,
-                step=len(self._journal),
-                at=before,
-                notify=lambda severity, text: self.submit(Tell(text, severity)),
-            )
+            keeper.begin(session, step=len(self._journal), at=before, notify=notify)
         self._thread = threading.Thread(target=self._run, name="workbench-session", daemon=True)
         self._thread.start()
 

@@ -28,7 +28,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_six_clicks(app, chro
         page.goto(f"{app.url}/?fixedDpr=0.25")
 
         def press(label: str) -> None:
-            page.get_by_role("button", name=label, exact=True).click(timeout=120_000)
+            page.get_by_role("button", name=label, exact=label != "Save as URDF").click(timeout=120_000)
 
         def opened(tab: Tab) -> None:
             page.wait_for_function(
@@ -66,7 +66,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_six_clicks(app, chro
         says(" → ")
         opened(Tab.CALIBRATE)
         paths = [tmp_path / f"calibrated.{kind}" for kind in ("toml", "urdf")]
-        for label, path in zip(("Save the arm as URDF", "TOML"), reversed(paths), strict=True):
+        for label, path in zip(("Save as URDF", "TOML"), reversed(paths), strict=True):
             with page.expect_download(timeout=120_000) as download:
                 press(label)
             download.value.save_as(path)

@@ -101,7 +101,7 @@ class IpaGrid(AbstractTableLayout):
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",
             "the goal columns are commanded, not measured; equal goal positions make a group",
-            "time counts from the first row",
+            "time counts from the first row" if len({*dates}) > 1 else "all times are equal and left out",
         )
         goals = (table.columns[table.headings.index(heading)] for heading in self.goals)
         places = list(zip(*goals, strict=True))

@@ -74,7 +74,7 @@ class ArmMatch:
         fit = f"fit {self.robot} only if read otherwise" if self.readings else f"don't fit {self.robot}{has}"
         what = f"'{self.rival}'" if self.rival else "that was measured"
         do = self.meaning.remedy if self.meaning and rows == arm else f"choose the robot {what}"
-        return f"these rows {fit}: {do}{f' ({self.meaning.text()})' if self.meaning else ''}"
+        return f"these rows {fit}: {do}{f'; {self.meaning.text()}' if self.meaning else ''}"
 
 
 def arm_match(robot: Robot, data: Dataset) -> ArmMatch:

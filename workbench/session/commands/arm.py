@@ -57,9 +57,7 @@ class ChooseRobot(AbstractTask[Session]):
     keep: bool = False
     reading: str = ""
 
-    title = computed(
-        lambda self: f"Read so: {self.reading}" if self.reading else f"Choose the robot {self.name}"
-    )
+    title = computed(lambda self: f"Read so: {self.reading}" if self.reading else f"Choose robot {self.name}")
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -107,7 +105,7 @@ class ChooseRobot(AbstractTask[Session]):
         begun, loaded = _in_the_page(session, result), result.measurements.loaded
         if loaded is None or self.reading:
             return begun
-        text = f"the rows of {loaded.name} are of the {begun.robot.name}; if it isn't yours, open its file"
+        text = f"{loaded.name}: rows of the {begun.robot.name}; if yours is another, open your robot's file"
         begun = begun.updated("measurements", loaded=replace(loaded, notes=(*loaded.notes, text)))
         return begun.with_message(Severity.WARNING, text)
 
@@ -211,10 +209,7 @@ def _uploads() -> str:
     return folder
 
 
-NO_MESHES = (
-    "shown without its meshes, which are not in this file; to see them, open a ZIP file of the URDF and the "
-    "folder of its meshes"
-)
+NO_MESHES = "shown without its meshes, which this file lacks; open a ZIP of the URDF with their folder"
 
 
 class Jog(AbstractChange):

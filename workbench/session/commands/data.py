@@ -103,9 +103,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             dataset = with_own_columns(session.robot, dataset)
             if dataset.joints != session.robot.dof:
                 text = f"the file has {dataset.joints} joints, the robot {session.robot.dof}"
-                refused = replace(
-                    understood, dataset=None, problems=(f"{text}: choose the robot that has them",)
-                )
+                wrong = (f"{text}: choose the robot that has them",)
+                refused = replace(understood, dataset=None, problems=wrong)
                 return replace(file, preview=refused, match=arm_match(session.robot, dataset))
             found = Loaded(dataset, path.name, facts_of(dataset), read=dataset, file=file)
             try:
@@ -162,15 +161,13 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
     def check(self, session: Session) -> None:
         if not all(0.0 <= own <= most for own, most in zip(self.errors, EARLIER_ERRORS, strict=True)):
             length, angle = 1e3 * self.errors[0], np.rad2deg(self.errors[1])
-            sizes = f"{length:g} mm and {angle:g}°"
-            raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {sizes}")
+            raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {length:g} mm, {angle:g}°")
         if self.seed < 0:
             raise OptionError(f"the seed must be 0 or more, got {self.seed}", option="seed", found=self.seed)
         if not 0 <= self.more <= MAX_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MAX_MORE}, got {self.more}")
         if not any(state.measurable for state in session.states):
-            remedy = "drag some within reach, or choose other branches"
-            raise DataError(f"the arm reaches none of the targets; {remedy}")
+            raise DataError("the arm reaches no target; drag some within reach, or choose other branches")
 
     removes = AbstractLoad.removes
 
@@ -187,9 +184,7 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         pairs = zip(session.plate.targets, session.states, strict=True)
         stood = [follow_target(actual, target, state) for target, state in pairs if state.measurable]
         if not (reached := [state.q for state in stood if state.reached]):  # by whichever branch is near
-            raise DataError(
-                "the virtual arm reaches none of the targets; try another seed or move the targets"
-            )
+            raise DataError("the virtual arm reaches no target; try another seed or move the targets")
         near = np.stack(reached)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
         progress(0.6, "measuring in the region")
@@ -311,8 +306,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     kept = session.with_parts(GoesWith.PLATE, GoesWith.PAGE)
     session = replace(kept, measurements=Measurements(loaded=loaded), results=Results())
     focus = Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW
-    session = session.updated("playback", focus=focus)
-    return with_comparison(session)
+    return with_comparison(session.updated("playback", focus=focus))
 
 
 def too_large(name: str, size: int, maximum: int) -> str:

@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from workbench.base.errors import DataError
+from workbench.base.progress import progress
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.instrument_preparation import preparation_of
 from workbench.identification.result import Identification
@@ -80,17 +81,27 @@ class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):
     def compute(self, session: Session) -> tuple[Diagnosis, tuple[Loaded, Identification]]:
         found = session.results.diagnosis
         assert found is not None
-        return found, (measurements(session), found.identification())
+        progress(0.1, "judging the arm with them")
+        fits = measurements(session), _on_same_rows(session, found, found.identification())[0]
+        fits[1].warnings  # noqa: B018  worked out here, not by the worker as it draws the page
+        return found, fits
 
     def finish(self, session: Session, result: tuple[Diagnosis, tuple[Loaded, Identification]]) -> Session:
         found, fits = result
         more = {"accepted": tuple(a.effect for a in found.effects), "diagnosis": found}
-        before, last = session.results, session.results.identification
-        geometry = before.geometry if before.accepted else before.run
-        is_stale = is_of_other_rows(last, session.measurements.left_out)
-        if last is None or is_stale or not np.array_equal(last.held_out_data.row, found.held_out_data.row):
-            geometry = None  # the diagnosis has one of its own
-        else:  # and another base, which would change the nominal arm's errors, whose rows are the same
-            known = replace(fits[1], aligned=last.aligned, nominal=last.nominal, ready=last.ready)
-            fits = fits[0], replace(known, outlying=found.outliers)
-        return (before.asked or Identify()).finish(session, (*fits, geometry), **more)
+        before = session.results
+        fit, is_same = _on_same_rows(session, found, fits[1])  # else the diagnosis has one of its own
+        geometry = (before.geometry if before.accepted else before.run) if is_same else None
+        return (before.asked or Identify()).finish(session, (fits[0], fit, geometry), **more)
+
+
+def _on_same_rows(session: Session, found: Diagnosis, fit: Identification) -> tuple[Identification, bool]:
+    """The fit of a diagnosis, on the last identification's base if that has the same rows; whether it has."""
+    last, rows = session.results.identification, found.held_out_data.row
+    is_stale = is_of_other_rows(last, session.measurements.left_out)
+    if last is None or is_stale or not np.array_equal(last.held_out_data.row, rows):
+        return fit, False
+    if fit.ready is None or fit.ready is not last.ready:
+        known = replace(fit, aligned=last.aligned, nominal=last.nominal, ready=last.ready)
+        fit = replace(known, outlying=found.outliers)
+    return fit, True

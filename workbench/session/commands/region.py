@@ -44,8 +44,7 @@ class SetRegion(AbstractChange):
     def check(self, session: Session) -> None:
         check_place("the region", (*self.low, *self.high), (self.cube,))
         if (cubes := self.region().cubes) > MAX_CUBES:
-            most = f"the limit is {MAX_CUBES}: make the cubes larger"
-            raise OptionError(f"the region would have {cubes} cubes; {most}")
+            raise OptionError(f"the region would have {cubes} cubes, more than {MAX_CUBES}: make them larger")
 
     def apply(self, session: Session) -> Session:
         if self.step:
@@ -69,8 +68,7 @@ class ShowCubes(AbstractChange):
 
     def check(self, session: Session) -> None:
         if self.view.field not in (NO_FIELD, *CUBE_FIELDS):
-            known = f"{NO_FIELD}, {', '.join(CUBE_FIELDS)}"
-            text = f"unknown field of cubes '{self.view.field}'; choose {known}"
+            text = f"unknown field of cubes '{self.view.field}'; choose {', '.join((NO_FIELD, *CUBE_FIELDS))}"
             raise OptionError(text, option="field", found=self.view.field)
 
     def apply(self, session: Session) -> Session:

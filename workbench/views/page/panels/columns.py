@@ -87,7 +87,9 @@ def listing(file: MeasurementFile, loaded: Loaded | None) -> str:
     problems += "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
     lacking = "unit?" if loaded is None or loaded.file is not file else "unit told by the rows"
     rows = [(c.heading or "(none)", "".join(c.cells[:1])[:10], _meaning(c, lacking)) for c in found.columns]
-    listed = as_html([ResultTable("", ("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS], words=3)])
+    kept = slice(None, None, 1 if any(first for _, first, _ in rows) else 2)  # a layout keeps no cells
+    shown = [row[kept] for row in rows[:MAX_LISTED_COLUMNS]]
+    listed = as_html([ResultTable("", ("heading", "first", "is")[kept], shown, words=3)])
     return block(f"{problems}{listed}", testid="columns")
 
 

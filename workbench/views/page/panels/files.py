@@ -51,7 +51,8 @@ def _errors(session: Session) -> str:
         if name in errors
     )
     notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
-    rows = judging_text(run) + without_suspects(session)
+    rows = judging_text(run).replace(str(len(run.judging)), str(max(map(len, known.values()), default=0)), 1)
+    rows += without_suspects(session)
     content = heading(f"Mean error of each file on {rows}") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 

@@ -16,7 +16,7 @@ from workbench.base.wording import capital
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
 from workbench.session.commands.messages import Tell
-from workbench.session.export import File, NotedFile, calibrated_toml, calibrated_urdf
+from workbench.session.export import Make, calibrated_toml, calibrated_urdf
 from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
@@ -105,9 +105,7 @@ class AbstractPanel(AbstractControls):
             self.show(session)
         return False
 
-    def download(
-        self, label: str, make: Callable[[Session], File | NotedFile], hint: str, **more: Any
-    ) -> viser.GuiButtonHandle:
+    def download(self, label: str, make: Make, hint: str, **more: Any) -> viser.GuiButtonHandle:
         """A button that saves a file on the user's machine."""
         return self.press(label, lambda event: self.save(event, make), viser.Icon.DOWNLOAD, hint, **more)
 
@@ -144,9 +142,7 @@ class AbstractPanel(AbstractControls):
 
         return made
 
-    def save(
-        self, event: viser.GuiEvent, make: Callable[..., File | NotedFile], *, is_arm: bool = False
-    ) -> None:
+    def save(self, event: viser.GuiEvent, make: Make, *, is_arm: bool = False) -> None:
         """Download a file; errors are shown on the page instead of being lost in viser's thread pool.
 
         Args:
@@ -164,7 +160,8 @@ class AbstractPanel(AbstractControls):
         else:
             self._download(event, make)
 
-    def _download(self, event: viser.GuiEvent, make: Callable[[Session], File | NotedFile]) -> None:
+    def _download(self, event: viser.GuiEvent, make: Make) -> None:
+        notice = event.client and event.client.add_notification("Making the file …", "", loading=True)
         try:
             made = make(self._worker.session)
             if event.client is not None:
@@ -175,3 +172,6 @@ class AbstractPanel(AbstractControls):
             self._worker.submit(Tell(str(error)))
         except Exception as error:
             self._worker.submit(Tell(f"the file could not be made ({type(error).__name__}: {error})"))
+        finally:
+            if notice is not None:
+                notice.remove()

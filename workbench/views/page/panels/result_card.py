@@ -27,7 +27,7 @@ def result_card(session: Session) -> str:
     done = first, *_ = stages(session)
     kind = "held-out" if len(found.held_out_data) else "fitted"
     fitted = [frame for frame, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
-    where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
+    where = f"; each arm with its own fitted {' and '.join(fitted)}" if fitted else ""
     measured, aside = int(np.isfinite(first.errors.position).sum()), without_suspects(session)
     below = f"Mean position error on {measured} {kind} poses{aside}{where}; the chart counts them by error."
     if not measured:

@@ -24,16 +24,14 @@ MAX_BARS, WORST, MAX_OUTLIERS = 250, 3, 8
 
 
 class RowErrorsPanel(AbstractPanel):
-    """A chart, the worst rows, and a button for the shown one."""
+    """A chart, the worst rows, and a link that leaves the shown one out, or uses it again."""
 
     tab, order = Tab.CALIBRATE, 25
     depends = ("results.comparison", "results.row", "measurements.left_out")
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(self._chart)
-        hint = "Leave the shown row out of the next identification, as a wrong one, or use it again."
-        out, icon = lambda: exclude(self._worker.session), viser.Icon.ROW_REMOVE
-        self.button("Exclude this row", out, icon, hint, visible=exclude, label=_exclusion)
+        self._out = self.link("exclude", lambda: self.send(lambda: exclude(self._worker.session)))
 
     def _chart(self, session: Session) -> str:
         rows = session.results.comparison
@@ -49,31 +47,27 @@ class RowErrorsPanel(AbstractPanel):
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
         drawing = chart(rows, session.results.row, links, stage_words(session), excluded, happened)
-        return block(drawing + _named(session, rows, link), testid="row-chart")
+        out = f'<a href="{text(self._out)}" style="color:inherit">{text(_exclusion(session))}</a>'
+        return block(drawing + _named(session, rows, link) + out, testid="row-chart")
 
 
 def exclude(session: Session) -> LeaveRowsOut | None:
-    """Leaves the shown row out, or takes it back; None for a row that is only for checking, and for the worst
-    one of a model, which nobody chose, where it doesn't stand out."""
+    """Leaves the shown row out, or takes it back; None for a row that is only for checking."""
     now, rows, row = session.measurements, session.results.comparison, session.results.row
     if now.loaded is None or session.results.is_empty or rows is None:
         return None
     number = int(rows.number[row])
-    fitted = np.nan_to_num(rows.stage_errors[:, 1:], nan=-1.0)
-    is_doubted = (
-        number in now.left_out or rows.set_apart[row] or (fitted[row] < np.maximum(fitted.max(0), 0.0)).all()
-    )
-    is_doubted = is_doubted and number in now.loaded.dataset.row
-    return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_doubted else None
+    is_own = number in now.loaded.dataset.row
+    return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_own else None
 
 
 def _exclusion(session: Session) -> str:
     now, rows, row = session.measurements, session.results.comparison, session.results.row
-    assert rows is not None
-    assert now.loaded is not None
+    if rows is None or now.loaded is None or exclude(session) is None:
+        return ""
     name = f"data row {now.loaded.row_name(number := int(rows.number[row]))}"
-    why = "no arm explains it" if rows.set_apart[row] else "doesn't stand out"
-    return f"Use {name} again" if number in now.left_out else f"Exclude {name} ({why})"
+    why = " (no arm explains it)" * bool(rows.set_apart[row])
+    return f"Use {name} again" if number in now.left_out else f"Exclude {name}{why}"
 
 
 def _named(session: Session, rows: Comparison, link: Callable[[int], str]) -> str:

@@ -49,7 +49,7 @@ class TargetsPanel(AbstractPanel):
             {
                 "Add": lambda: AddTarget(free_place(self._worker.session)),
                 "Delete": lambda: DeleteTarget(chosen.typed),
-                "Best": RestoreBest,
+                "Back to the best plate": RestoreBest,
             },
             "Add a target like the selected one in a free place of the region, or delete the selected one; "
             "go back to the plate with the lowest predicted error so far.",
