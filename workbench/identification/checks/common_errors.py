@@ -31,7 +31,7 @@ from workbench.identification.alignment import thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.meaning.usable_rows import usable
-from workbench.identification.problem import LinearisedProblem
+from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.rows.course import course
 from workbench.identification.rows.outlying_rows import robust_fit
 
@@ -72,11 +72,13 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
         columns["session"] = data.session
     if not columns or data.readings is not None:
         return ""
-    problem = fit.problem.again(data=data)
-    if problem.names != fit.problem.names:
+    problem, x = _with_effects_held(fit, data)
+    kept = np.isin(fit.problem.names, problem.names)
+    if kept.sum() < len(problem.names):
         return ""
-    residual, jacobian = (part[: problem.size] for part in problem.evaluate(fit.x))
+    residual, jacobian = (part[: problem.size] for part in problem.evaluate(x))
     prior, posture = fit.problem.prior_at(fit.x), repeats(data)
+    prior = prior._replace(jacobian=prior.jacobian[:, kept])
     frames = np.array([re.split(r"[.[]", name)[0] in ("base", "tool") for name in problem.names])
     for heading, cells in columns.items():
         rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
@@ -116,10 +118,10 @@ def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) 
 
     Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
     """
-    problem, (worst, found) = fit.problem.again(data=data), (WORSE, "")
-    if not columns or data.readings is not None or problem.names != fit.problem.names:
+    (problem, x), (worst, found) = _with_effects_held(fit, data), (WORSE, "")
+    if not columns or data.readings is not None or not {*problem.names} <= {*fit.problem.names}:
         return ""
-    sizes = robust_fit(problem.with_deviation(MAX_DEVIATION), fit.x)[1]
+    sizes = robust_fit(problem.with_deviation(MAX_DEVIATION), x)[1]
     off, posture = (sizes / np.maximum(np.median(sizes, axis=0), 1e-9)).max(1), repeats(data)
     pairs = [(name, value) for name, cells in columns.items() for value in dict.fromkeys(cells.tolist())]
     for name, value in pairs:
@@ -138,6 +140,16 @@ def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) 
             leave = f"{ratio:.2g} times as far off as the others: {why} them out:"
             worst, found = ratio, f"{text} {leave} {said} ({data.counted})"
     return found
+
+
+def _with_effects_held(fit: Fit, data: Dataset) -> tuple[Problem, Float[np.ndarray, " p"]]:
+    """The problem of rows with all effects as they were found, of which there may be hundreds, and its
+    solution."""
+    if not fit.arm.effects:
+        return fit.problem.again(data=data), fit.x
+    held = fit.problem.robot.with_effects(*fit.arm.effects)
+    problem = fit.problem.again(robot=held, data=data, effects=())
+    return problem, problem.at(fit.problem.named(fit.x))
 
 
 def _predicted(
