@@ -68,10 +68,8 @@ def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[s
     slope = np.zeros((len(carried), len(moved), 4))
     for block in rows.problem.blocks:
         here, motion = alone.in_session(block.session), rows.motion.take(block.rows)
-        heavy, known = (
-            carried[block.rows],
-            np.zeros((len(motion), 6)) if motion.wrench is None else motion.wrench,
-        )
+        heavy = carried[block.rows]
+        known = np.zeros((len(motion), 6)) if motion.wrench is None else motion.wrench
         axes = (here.base.rotation.T @ tool_poses(here, motion)[:, :3, :3]).transpose(2, 0, 1)
         turned = [np.pad(np.cross(STEP * a, heavy[:, None] * here.gravity), ((0, 0), (3, 0))) for a in axes]
         tried = [motion, replace(motion, payload=heavy + STEP)]

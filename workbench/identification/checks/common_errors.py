@@ -70,10 +70,8 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     columns = dict(data.unread)
     if data.session is not None and len(data.sessions) > 1:
         columns["session"] = data.session
-    if not columns or data.readings is not None:
-        return ""
     problem = fit.problem.again(data=data)
-    if problem.names != fit.problem.names:
+    if not columns or data.readings is not None or problem.names != fit.problem.names:
         return ""
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(fit.x))
     prior, posture = fit.problem.prior_at(fit.x), repeats(data)
@@ -105,18 +103,15 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     return ""
 
 
-def seats(data: Dataset) -> dict[str, np.ndarray]:
-    """The column of the seats that a tip or a ball was put into, if there is one."""
-    return {} if data.contact is None else {"contact": data.contact}
-
-
 @beside("columns that mark bad rows", "")
 def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) -> str:
-    """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty.
+    """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty; beside columns
+    the seats that a tip or a ball was put into are asked.
 
     Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
     """
     problem, (worst, found) = fit.problem.again(data=data), (WORSE, "")
+    columns = columns if data.contact is None else {**columns, "contact": data.contact}
     if not columns or data.readings is not None or problem.names != fit.problem.names:
         return ""
     sizes = robust_fit(problem.with_deviation(MAX_DEVIATION), fit.x)[1]
