@@ -102,9 +102,8 @@ def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[Followed
         grams = compressed(searched, noise.problem, (), (*found.values(),), masses=True)
         charge = noise.surprise(model) - drivers.surprise(model)
         offers = what_add(left_of(grams, model), (*found.values(),))
-        offered += [
-            (offers[f].gain - charge, what, offers[f], grams) for what, f in found.items() if f in offers
-        ]
+        shown = {what: offers[f] for what, f in found.items() if f in offers}
+        offered += [(o.gain - charge, what, o, grams) for what, o in shown.items()]
         rivals += [o.gain - charge for f, o in noise.beside.items() if UNSTATED not in f.phrase]
     gain, what, offer, grams = max(offered, key=lambda each: each[0])
     lead = gain - max(rivals)
