@@ -101,13 +101,11 @@ def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(aria, mon
     monkeypatch.setattr("workbench.identification.problem_blocks.OBSERVATIONS", {"Height": Height})
     q = np.random.default_rng(3).uniform(-1.0, 1.0, (ROWS, aria.dof))
     data = Dataset(q=q, payload=tool_poses(aria, Motion(q))[:, 2, 3] + 0.3)
-    problem = Problem.build(aria, data, free=("joint2.theta",))
+    problem = Problem.build(aria, data, free=(free := ("joint2.theta",)))
     x = Opt2().search(problem).x
     assert problem.instrument(x) == pytest.approx({"floor.z": -0.3}, abs=1e-6)
-    assert [p.name for p in problem.parameters if p.is_geometry] == ["joint2.theta"]
-    assert problem.robot_at(x).values(("joint2.theta",)) == pytest.approx(
-        aria.values(("joint2.theta",)), abs=1e-6
-    )
+    assert [p.name for p in problem.parameters if p.is_geometry] == [*free]
+    assert problem.robot_at(x).values(free) == pytest.approx(aria.values(free), abs=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["PoseObservation", "MarkerObservation", "TiltObservation"])

@@ -121,9 +121,8 @@ def test_rows_that_fit_nowhere_after_some_are_said_alone(first, said):
     points[first:] = np.random.default_rng(0).permutation(points[first:])
     with refuses(DataError, said) as caught:
         identify("ur5e", Dataset(q, points))
-    assert (
-        ("those after them don't" in str(caught.value)) is ("data rows" in str(caught.value)) is (first > 0)
-    )
+    parts = "data rows", "those after them don't"
+    assert [part in str(caught.value) for part in parts] == 2 * [first > 0]
 
 
 def test_a_loose_seat_is_named_and_nothing_else_stepped():
