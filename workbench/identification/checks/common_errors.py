@@ -53,8 +53,6 @@ ROUNDS, ROUNDED = 8, 5e-6
 EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
 """Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
 is none."""
-SMALL = 1e-4
-"""Motion of a joint by which its influence is found [rad or m]."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
 0.5 %), and the smallest spread of the points as a share of the reach."""
@@ -163,12 +161,8 @@ def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndar
     their joints do that no constant imitates; what share of the error each leaves, and its chance."""
     problem = thinned(fit.problem)
     residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
-
-    def moved(way: np.ndarray) -> np.ndarray:
-        rows = replace(problem.data, q=problem.data.q + SMALL * way)
-        return problem.again(data=rows).residual(fit.x)[: problem.size] / (2.0 * SMALL)
-
-    joints = np.stack([moved(way) - moved(-way) for way in np.eye(motion.shape[1])], 1)
+    found = problem.again(robot=fit.arm, known={**problem.known, **problem.instrument(fit.x)})
+    joints = -np.concatenate([b.whiten(b.by_joint).reshape(-1, motion.shape[1]) for b in found.blocks])
     columns = np.einsum("mj,mjk->mk", joints, motion[problem.component_rows])
     own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
     left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))
