@@ -158,14 +158,13 @@ def test_branches_reach_the_target_and_contain_the_origin(name):
         assert result.reachable
 
 
-def test_table_2_is_reached_within_limits_in_eight_ways():
-    robot = load_robot("aria")
-    for result in inverse.solve_many(robot, table2()):
+def test_table_2_is_reached_within_limits_in_eight_ways(aria):
+    for result in inverse.solve_many(aria, table2()):
         assert len(result.within_limits) == 8
         assert not any("(" in name for name in result.names)
         assert result.nearest.position_error < 1e-9
         q = np.array([branch.q for branch in result.within_limits])
-        assert (np.clip(q, *robot.limits.T) == q).all()
+        assert (np.clip(q, *aria.limits.T) == q).all()
 
 
 def test_a_joint_that_moves_little_keeps_a_quarter_of_its_travel():
@@ -207,9 +206,8 @@ def test_names_are_kept_from_pose_to_pose_and_from_nominal_to_calibrated():
     assert kept == total
 
 
-def test_choice_by_name_by_joints_and_automatic():
-    robot = load_robot("aria")
-    result = inverse.solve(robot, table2()[0])
+def test_choice_by_name_by_joints_and_automatic(aria):
+    result = inverse.solve(aria, table2()[0])
     wanted = result.within_limits[5]
     assert inverse.choose(result, branch=wanted.name) is wanted
     assert inverse.choose(result, branch=wanted.q + 0.01).name == wanted.name
@@ -221,19 +219,18 @@ def test_choice_by_name_by_joints_and_automatic():
     assert inverse.choose(result).within_limits
     with pytest.raises(OptionError):
         inverse.choose(result, branch="elbow sideways")
-    assert inverse.choose(inverse.solve(robot, down(2.0, 0.0, 0.3))) is None
+    assert inverse.choose(inverse.solve(aria, down(2.0, 0.0, 0.3))) is None
 
 
-def test_reasons():
-    robot = load_robot("aria")
-    far = inverse.solve(robot, down(2.0, 0.0, 0.205))
+def test_reasons(aria):
+    far = inverse.solve(aria, down(2.0, 0.0, 0.205))
     assert not far.reachable
     assert mentions(far.reason, "mm")
     assert far.nearest.position_error > 0.9
-    free = inverse.solve(robot, table2()[0])
-    limits = robot.limits.copy()
+    free = inverse.solve(aria, table2()[0])
+    limits = aria.limits.copy()
     limits[1] = [2.5, 2.6]
-    held = inverse.solve(robot, table2()[0], limits=limits)
+    held = inverse.solve(aria, table2()[0], limits=limits)
     assert mentions(held.reason, "joint 2")
     assert len(held.branches) == len(free.branches)
     assert not held.within_limits
@@ -259,38 +256,36 @@ def test_a_prismatic_arm_is_searched():
         assert min(wrapped(b.q - q).max() for b in result.branches) < 1e-6
 
 
-def test_follow_keeps_the_branch_and_the_limits():
-    robot = load_robot("aria")
+def test_follow_keeps_the_branch_and_the_limits(aria):
     target = table2()[0].copy()
-    start = inverse.choose(inverse.solve(robot, target))
+    start = inverse.choose(inverse.solve(aria, target))
     q = start.q
     for _ in range(50):
         target[0, 3] -= 2e-3
-        step = inverse.follow(robot, target, q)
+        step = inverse.follow(aria, target, q)
         assert step.converged
         assert np.abs(step.q - q).max() < 0.2
         q = step.q
-    assert np.abs(forward.tool_poses(robot, Motion(q[None]))[0] - target).max() < 1e-9
+    assert np.abs(forward.tool_poses(aria, Motion(q[None]))[0] - target).max() < 1e-9
     target[0, 3] = 2.0
-    stuck = inverse.follow(robot, target, q)
+    stuck = inverse.follow(aria, target, q)
     assert not stuck.converged
     assert stuck.position_error > 0.5
-    assert ((stuck.q >= robot.limits[:, 0]) & (stuck.q <= robot.limits[:, 1])).all()
+    assert ((stuck.q >= aria.limits[:, 0]) & (stuck.q <= aria.limits[:, 1])).all()
 
 
-def test_reach_agrees_with_the_full_solution():
-    robot = load_robot("aria")
+def test_reach_agrees_with_the_full_solution(aria):
     rng = np.random.default_rng(2)
     rotations = se3.rotvec_to_matrix(rng.normal(size=(120, 3)) * 1.5)
     poses = se3.pose(rotations, rng.uniform(-0.8, 0.8, (120, 3)))
-    mask, q = reach.reachable(robot, poses)
-    full = np.array([r.reachable for r in inverse.solve_many(robot, poses)])
+    mask, q = reach.reachable(aria, poses)
+    full = np.array([r.reachable for r in inverse.solve_many(aria, poses)])
     assert not (mask & ~full).any()
     assert mask.sum() >= full.sum() - 2
     assert 0.2 < mask.mean() < 0.8
-    assert np.abs(forward.tool_poses(robot, Motion(q[mask])) - poses[mask]).max() < 1e-8
+    assert np.abs(forward.tool_poses(aria, Motion(q[mask])) - poses[mask]).max() < 1e-8
     assert np.isnan(q[~mask]).all()
-    assert ((q[mask] >= robot.limits[:, 0] - 1e-9) & (q[mask] <= robot.limits[:, 1] + 1e-9)).all()
+    assert ((q[mask] >= aria.limits[:, 0] - 1e-9) & (q[mask] <= aria.limits[:, 1] + 1e-9)).all()
 
 
 def test_a_singular_pose_is_reached_within_the_limits_where_its_family_has_a_member_there():

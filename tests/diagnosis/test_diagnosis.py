@@ -131,10 +131,9 @@ def cancelled_at(after, robot, rows):
         diagnose(robot, rows)
 
 
-def test_a_cancelled_diagnosis_leaves_nothing_behind():
+def test_a_cancelled_diagnosis_leaves_nothing_behind(aria):
     """Neither in the arm and the rows nor in this thread: the next one gives the same, to the last digit."""
-    robot = load_robot("aria")
-    compliant = robot, measure_poses(robot, 40, effects=("joint-compliance:2:5e-5",), seed=1)[1]
+    compliant = aria, measure_poses(aria, 40, effects=("joint-compliance:2:5e-5",), seed=1)[1]
 
     def answer():
         return {key: value for key, value in diagnosis_json(diagnose(*compliant)).items() if key != "seconds"}

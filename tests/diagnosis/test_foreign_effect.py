@@ -59,13 +59,12 @@ def registered():
     forget()
 
 
-def test_sizes_have_defaults():
+def test_sizes_have_defaults(aria):
     """A law and a sentence make an example that shows, and units."""
-    robot = load_robot("aria")
     rng = np.random.default_rng(0)
     for name in ("gear-sag", "warm-joint", "shrink"):
-        (effect,), _ = hidden_effects(robot, [name], rng=rng)
-        assert effect.units(robot.with_effects(effect).chain) == ("rad",)
+        (effect,), _ = hidden_effects(aria, [name], rng=rng)
+        assert effect.units(aria.with_effects(effect).chain) == ("rad",)
 
 
 def test_a_saved_arm_comes_back(tmp_path):

@@ -34,9 +34,8 @@ def rows_of(robot, rng, rows, noise=(0.0, 0.0), points=False):
 def test_alignment_finds_any_base_and_tool(seed, points):
     rng = np.random.default_rng(seed)
     robot = load_robot("ur5")
-    tool = se3.pose(
-        np.eye(3) if points else se3.rotvec_to_matrix(rng.normal(0.0, 1.0, 3)), rng.normal(0.0, 0.1, 3)
-    )
+    turn = np.eye(3) if points else se3.rotvec_to_matrix(rng.normal(0.0, 1.0, 3))
+    tool = se3.pose(turn, rng.normal(0.0, 0.1, 3))
     actual = robot.with_frames(base=Frame.from_pose(random_pose(rng)), tool=Frame.from_pose(tool))
     data = rows_of(actual, rng, 40, points=points)
     freedom = FrameFreedom(FRAME_PARTS, FRAME_PARTS[:3] if points else FRAME_PARTS)
@@ -60,9 +59,8 @@ def test_known_frames_stay_where_the_data_agree_with_them():
 def test_moved_base_is_freed_and_said():
     rng = np.random.default_rng(3)
     robot = freed(load_robot("aria"), Freedom.AUTO)
-    turned = Frame.from_pose(
-        se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, np.pi])), np.array([0.5, 0.2, 0.1]))
-    )
+    turn = se3.rpy_to_matrix(np.array([0.0, 0.0, np.pi]))
+    turned = Frame.from_pose(se3.pose(turn, np.array([0.5, 0.2, 0.1])))
     choice = choose_frames(robot, rows_of(robot.with_frames(base=turned), rng, 60, noise=(1e-4, 3e-4)))
     assert choice.freedom.base == FRAME_PARTS
     assert any("180.0° about z" in note for note in choice.notes)

@@ -104,10 +104,9 @@ def test_how_the_arm_stands_is_read_from_its_base(tmp_path):
     found = problem.robot_at(Opt2(limit=60).search(problem).x)
     assert np.degrees(np.arccos(found.gravity @ standing / (ODD @ ODD))) < 0.01
     write_toml(found, tmp_path / "arm.toml")
-    np.testing.assert_allclose(read_toml(tmp_path / "arm.toml").gravity, found.gravity)
-    np.testing.assert_allclose(
-        tool_poses(read_toml(tmp_path / "arm.toml"), Motion(data.q))[:, :3, 3], data.position, atol=2e-4
-    )
+    back = read_toml(tmp_path / "arm.toml")
+    np.testing.assert_allclose(back.gravity, found.gravity)
+    np.testing.assert_allclose(tool_poses(back, Motion(data.q))[:, :3, 3], data.position, atol=2e-4)
 
 
 def test_sessions_keep_their_gravity_in_the_file(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 from checks import check_problem
 from refusals import refuses
 
-from workbench import Dataset, Motion, Noise, link_frames, load_robot, tool_poses
+from workbench import Dataset, Motion, Noise, link_frames, tool_poses
 from workbench.arm.frame import FRAME_PARTS
 from workbench.base import se3
 from workbench.base.errors import OptionError
@@ -62,19 +62,18 @@ def measured(robot, rng, kind, sessions=None):
 @pytest.mark.parametrize("kind", OURS, ids=lambda k: k.__name__)
 @pytest.mark.parametrize("per_session", [False, True])
 @pytest.mark.parametrize("joints", [(), (0.5, 0.0, 1.0, 0.2, 2.0, 0.5)], ids=["exact", "noisy readings"])
-def test_every_jacobian_column_is_the_derivative(kind, per_session, joints):
+def test_every_jacobian_column_is_the_derivative(aria, kind, per_session, joints):
     rng = np.random.default_rng(7)
-    robot = load_robot("aria")
     sessions = np.array(["front", "left"])[np.arange(ROWS) % 2] if per_session else None
-    data = measured(robot, rng, kind.__name__, sessions=sessions)
+    data = measured(aria, rng, kind.__name__, sessions=sessions)
     frames = FrameFreedom(
         FRAME_PARTS, FRAME_PARTS, base_per_session=per_session, tool_per_session=per_session
     )
-    problem = Problem.build(robot, data, frames=frames, noise=Noise(1.0, 1.0, joints))
+    problem = Problem.build(aria, data, frames=frames, noise=Noise(1.0, 1.0, joints))
     check_problem(problem, rng)
 
 
-def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(monkeypatch):
+def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(aria, monkeypatch):
     """Whatever they are called: a scale under the tool reads its height above a floor of unknown place."""
 
     class Height(AbstractObservation):
@@ -100,31 +99,27 @@ def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(monkeypat
             return Linearised((self.reading - poses[:, 2, 3] + unknown[0])[:, None], by_twist, by_unknown)
 
     monkeypatch.setattr("workbench.identification.problem_blocks.OBSERVATIONS", {"Height": Height})
-    robot = load_robot("aria")
-    q = np.random.default_rng(3).uniform(-1.0, 1.0, (ROWS, robot.dof))
-    data = Dataset(q=q, payload=tool_poses(robot, Motion(q))[:, 2, 3] + 0.3)
-    problem = Problem.build(robot, data, free=("joint2.theta",))
+    q = np.random.default_rng(3).uniform(-1.0, 1.0, (ROWS, aria.dof))
+    data = Dataset(q=q, payload=tool_poses(aria, Motion(q))[:, 2, 3] + 0.3)
+    problem = Problem.build(aria, data, free=(free := ("joint2.theta",)))
     x = Opt2().search(problem).x
     assert problem.instrument(x) == pytest.approx({"floor.z": -0.3}, abs=1e-6)
-    assert [p.name for p in problem.parameters if p.is_geometry] == ["joint2.theta"]
-    assert problem.robot_at(x).values(("joint2.theta",)) == pytest.approx(
-        robot.values(("joint2.theta",)), abs=1e-6
-    )
+    assert [p.name for p in problem.parameters if p.is_geometry] == [*free]
+    assert problem.robot_at(x).values(free) == pytest.approx(aria.values(free), abs=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["PoseObservation", "MarkerObservation", "TiltObservation"])
-def test_rows_are_whitened_by_the_noise_of_their_joint_readings(kind):
+def test_rows_are_whitened_by_the_noise_of_their_joint_readings(aria, kind):
     """r'C⁻¹r row by row, the joints' columns by central differences; hidden markers count for nothing."""
-    robot = load_robot("aria")
-    data = measured(robot, np.random.default_rng(2), kind)
+    data = measured(aria, np.random.default_rng(2), kind)
     noise = Noise(1e-3, 2e-3, (1e-3, 0.0, 2e-3, 5e-4, 1e-3, 1e-3))
-    plain = Problem.build(robot, data, free=(), noise=noise._replace(joints=()))
+    plain = Problem.build(aria, data, free=(), noise=noise._replace(joints=()))
     problem = plain.with_noise(noise)
     residual, step = plain.physical(plain.residual(plain.start)), 1e-5
     known = dict(zip(plain.names, plain.start.tolist(), strict=True))
 
     def at(j, turn):
-        rows = Problem.build(robot, replace(data, q=data.q + turn * np.eye(6)[j]), free=(), known=known)
+        rows = Problem.build(aria, replace(data, q=data.q + turn * np.eye(6)[j]), free=(), known=known)
         return rows.physical(rows.residual(rows.start))
 
     columns = np.stack([(at(j, step) - at(j, -step)) / (2 * step) for j in range(6)], axis=1)
@@ -143,34 +138,31 @@ def test_rows_are_whitened_by_the_noise_of_their_joint_readings(kind):
     np.testing.assert_allclose(weighed.physical(weighed.residual(weighed.start)), residual, atol=1e-15)
 
 
-def test_rows_choose_the_first_observation_that_fits():
+def test_rows_choose_the_first_observation_that_fits(aria):
     rng = np.random.default_rng(0)
-    robot = load_robot("aria")
-    data = measured(robot, rng, "PoseObservation")
+    data = measured(aria, rng, "PoseObservation")
     rotation = data.rotation.copy()
     rotation[:5] = np.nan
-    problem = Problem.build(robot, replace(data, rotation=rotation))
+    problem = Problem.build(aria, replace(data, rotation=rotation))
     assert problem.size == 5 * 3 + (ROWS - 5) * 6
     assert set(problem.component_rows[problem.channels[1]]) == set(range(5, ROWS))
 
 
-def test_noise_given_by_rows_comes_to_the_common_one():
-    robot = load_robot("aria")
-    data = measured(robot, np.random.default_rng(0), "PointObservation")
+def test_noise_given_by_rows_comes_to_the_common_one(aria):
+    data = measured(aria, np.random.default_rng(0), "PointObservation")
     sigma = np.full((ROWS, 6), np.nan)
     sigma[2, :3] = 0.01
-    problem = Problem.build(robot, replace(data, sigma=sigma), noise=Noise(0.1, 1.0))
+    problem = Problem.build(aria, replace(data, sigma=sigma), noise=Noise(0.1, 1.0))
     weights = problem.inverse_sigma.reshape(ROWS, 3)
     np.testing.assert_allclose(weights[2], 1.0 / np.hypot(0.01, 0.1))  # what the model lacks comes on top
     np.testing.assert_allclose(weights[[0, 1, 3]], 10.0)
 
 
-def test_prior_joins_the_residuals():
-    robot = load_robot("aria")
-    data = measured(robot, np.random.default_rng(0), "PointObservation")
-    problem = Problem.build(robot, data)
+def test_prior_joins_the_residuals(aria):
+    data = measured(aria, np.random.default_rng(0), "PointObservation")
+    problem = Problem.build(aria, data)
     names = ("joint1.theta", "joint2.a")
-    centre = robot.values(names) + 1.0
+    centre = aria.values(names) + 1.0
     prior = problem.with_prior(names, centre, np.diag([0.5, 1.0 / 3.0]))
     x = problem.start.copy()
     x[[problem.names.index(n) for n in names]] = centre + np.array([2.0, 3.0])
@@ -181,13 +173,12 @@ def test_prior_joins_the_residuals():
         problem.with_prior(("joint2.d",), np.zeros(1), np.eye(1))
 
 
-def test_robot_at_moves_arm_and_session_frames():
+def test_robot_at_moves_arm_and_session_frames(aria):
     rng = np.random.default_rng(3)
-    robot = load_robot("aria")
     sessions = np.array(["front", "left"])[np.arange(ROWS) % 2]
-    data = measured(robot, rng, "PoseObservation", sessions=sessions)
+    data = measured(aria, rng, "PoseObservation", sessions=sessions)
     frames = FrameFreedom(FRAME_PARTS, FRAME_PARTS[:3], base_per_session=True)
-    problem = Problem.build(robot, data, frames=frames)
+    problem = Problem.build(aria, data, frames=frames)
     x = problem.start + rng.normal(0.0, 0.05, len(problem.start))
     moved = problem.robot_at(x)
     direct = problem.physical(problem.residual(x))
@@ -197,14 +188,13 @@ def test_robot_at_moves_arm_and_session_frames():
 
 
 @pytest.mark.parametrize("kind", ["PoseObservation", "DistanceObservation"])
-def test_a_problem_made_again_for_other_rows_keeps_what_is_free_and_what_is_known(kind):
-    robot = load_robot("aria")
-    data = measured(robot, np.random.default_rng(5), kind)
+def test_a_problem_made_again_for_other_rows_keeps_what_is_free_and_what_is_known(aria, kind):
+    data = measured(aria, np.random.default_rng(5), kind)
     known = {f"anchor[A].{axis}": value for axis, value in zip("xyz", (0.5, 0.1, 0.2), strict=True)}
-    options = {"free": robot.joint_offsets, "frames": FrameFreedom(tool=FRAME_PARTS[:3]), "known": known}
-    problem = Problem.build(robot, data, noise=Noise(2e-4), **options)
+    options = {"free": aria.joint_offsets, "frames": FrameFreedom(tool=FRAME_PARTS[:3]), "known": known}
+    problem = Problem.build(aria, data, noise=Noise(2e-4), **options)
     some = data.take(np.arange(6))
-    again, whole = problem.again(data=some), Problem.build(robot, some, noise=Noise(2e-4), **options)
+    again, whole = problem.again(data=some), Problem.build(aria, some, noise=Noise(2e-4), **options)
     assert again.names == whole.names == problem.names
     x = again.at(problem.named(problem.start + 0.01))
     np.testing.assert_array_equal(x, problem.start + 0.01)

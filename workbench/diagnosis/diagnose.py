@@ -34,7 +34,7 @@ from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
-from workbench.identification.checks.common_errors import seats, two_places, worse_by_column
+from workbench.identification.checks.common_errors import two_places, worse_by_column
 from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.instrument_preparation import preparation_of
@@ -106,7 +106,7 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
     payload that isn't the file's leaves is told once it is right."""
     fit, geometric, ready = search.last.stage.fit, search.last.stage.geometric_problem, search.ready
     rows = ready.data.take(np.union1d(ready.train_rows, ready.held_out_rows))
-    loose = worse_by_column(search.first.fit, rows, seats(rows))
+    loose = worse_by_column(search.first.fit, rows, {})
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None and not loose:
         followed = ask("the payload", lambda: misstated_payload(drivers, ready.data), ())

@@ -68,10 +68,8 @@ def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[s
     slope = np.zeros((len(carried), len(moved), 4))
     for block in rows.problem.blocks:
         here, motion = alone.in_session(block.session), rows.motion.take(block.rows)
-        heavy, known = (
-            carried[block.rows],
-            np.zeros((len(motion), 6)) if motion.wrench is None else motion.wrench,
-        )
+        heavy = carried[block.rows]
+        known = np.zeros((len(motion), 6)) if motion.wrench is None else motion.wrench
         axes = (here.base.rotation.T @ tool_poses(here, motion)[:, :3, :3]).transpose(2, 0, 1)
         turned = [np.pad(np.cross(STEP * a, heavy[:, None] * here.gravity), ((0, 0), (3, 0))) for a in axes]
         tried = [motion, replace(motion, payload=heavy + STEP)]
@@ -104,9 +102,8 @@ def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[Followed
         grams = compressed(searched, noise.problem, (), (*found.values(),), masses=True)
         charge = noise.surprise(model) - drivers.surprise(model)
         offers = what_add(left_of(grams, model), (*found.values(),))
-        offered += [
-            (offers[f].gain - charge, what, offers[f], grams) for what, f in found.items() if f in offers
-        ]
+        shown = {what: offers[f] for what, f in found.items() if f in offers}
+        offered += [(o.gain - charge, what, o, grams) for what, o in shown.items()]
         rivals += [o.gain - charge for f, o in noise.beside.items() if UNSTATED not in f.phrase]
     gain, what, offer, grams = max(offered, key=lambda each: each[0])
     lead = gain - max(rivals)

@@ -221,7 +221,7 @@ class Identification(AbstractReported, AbstractSplit):
             return ()
         fit, used = self.best.fit, np.union1d(self.train_rows, np.r_[self.outlying, self.held_out_rows])
         said = common_errors.parted_by_column(fit, rows := self.data.take(used))
-        said = said or common_errors.worse_by_column(fit, rows, {**rows.unread, **common_errors.seats(rows)})
+        said = said or common_errors.worse_by_column(fit, rows, rows.unread)
         if fit.arm.effects:
             return (said,)
         is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean

@@ -229,23 +229,15 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
 def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
     """Odds of some terms against the best other claim, and those that are indistinguishable from them."""
     whole = place_of(searched, group)
-    parts = [place_of(replace(searched, grams=g), group) for g in searched.grams.without_each]
-    near = {
-        id(o.term.candidate): o
-        for place in (whole, *parts)
-        for o in place.offers
-        if place.own - o.gain < np.log(CERTAIN)
-    }
+    every = [whole, *(place_of(replace(searched, grams=g), group) for g in searched.grams.without_each)]
+    offered = ((place.own - o.gain, o) for place in every for o in place.offers)
+    near = {id(o.term.candidate): o for ahead, o in offered if ahead < np.log(CERTAIN)}
     including = {key for key, o in near.items() if includes(whole.left, o, group)}
-    places = [
-        (place.own, [o for o in place.offers if id(o.term.candidate) not in including])
-        for place in (whole, *parts)
-    ]
-    rivals = places[0][1]
-    lead, *leads = (own - max([0.0, *(o.gain for o in others)]) for own, others in places)
-    stated, surviving = np.exp(
-        np.clip([lead, lead - jackknifed(leads or [lead])], 0.0, np.log(MAX_ODDS))
-    ).tolist()
+    rivals, *others = ([o for o in p.offers if id(o.term.candidate) not in including] for p in every)
+    best = (max([0.0, *(o.gain for o in some)]) for some in (rivals, *others))
+    lead, *leads = (place.own - gain for place, gain in zip(every, best, strict=True))
+    least = np.clip([lead, lead - jackknifed(leads or [lead])], 0.0, np.log(MAX_ODDS))
+    stated, surviving = np.exp(least).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads, default=lead) > 0.0 else 1.0))
     close = distinct([o for o in rivals if whole.own - lead - o.gain < np.log(PROBABLE / odds)])
     return odds, tuple(o.term.candidate.effect for o in close[:MAX_LOOK_ALIKES])

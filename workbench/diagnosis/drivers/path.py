@@ -1,12 +1,12 @@
 """How joints came to the rows of a file: by which motions, how wound up, how fast."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.data.dataset import Dataset
-from workbench.identification.rows.course import Course, course, place_of
+from workbench.identification.rows.course import Course, course
 
 SLIPS = np.array([0.1, 0.3, 1.0])
 """Ways until joints are wound up, in standard deviations of their positions."""
@@ -14,8 +14,7 @@ AGREES = 0.9
 """Share of motions whose directions must be those from the row before for their sizes to be known."""
 
 
-@dataclass(frozen=True, eq=False)
-class Path:
+class Path(NamedTuple):
     """How joints came to some rows.
 
     Args:
@@ -40,14 +39,11 @@ def path_of(data: Dataset, whole: Dataset) -> Path | None:
         return None
     slips = np.multiply.outer(np.maximum(whole.q.std(0), 1e-9), SLIPS)
     now, wound = np.zeros(slips.shape), np.zeros((len(whole), *slips.shape))
-    for row, step, is_first in zip(came.order, came.steps, came.begins, strict=True):
+    for k, (step, is_first) in enumerate(zip(came.steps, came.begins, strict=True)):
         now = np.zeros(slips.shape) if is_first else np.clip(now + step[:, None], -slips, slips)
-        wound[row] = now / slips
-    moves = np.empty_like(came.steps)
-    moves[came.order] = came.steps
-    mine = place_of(data, whole)
-    way = np.sign(moves[mine])
+        wound[k] = now / slips
+    way = np.sign(moves := came.steps[came.place])
     sign = way if data.direction is None else np.nan_to_num(data.direction)
     if ((way == sign) | (sign == 0.0) | (way == 0.0)).mean() <= AGREES:
         return None
-    return Path(moves[mine], sign, wound[mine], came)
+    return Path(moves, sign, wound[came.place], came)

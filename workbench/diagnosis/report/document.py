@@ -104,9 +104,8 @@ def effects(result: Diagnosis) -> Iterator[Block]:
     table = []
     for found in result.effects:
         text = "\n".join(coefficients(found.effect, found.std, result.calibrated.chain))
-        spreads = (
-            getattr(errors, name) for name, _ in units for errors in (found.before, result.after.judged)
-        )
+        pair = found.before, result.after.judged
+        spreads = (getattr(errors, name) for name, _ in units for errors in pair)
         sizes = ("–" if spread is None else short(spread.mean) for spread in spreads)
         table.append((found.effect.label, text, *sizes))
     title = f"Added effects; mean error of {rows} rows without each one and with all"
@@ -163,10 +162,8 @@ def coefficients(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -
     """
     if len(effect.names) > MAX_LISTED_COEFFICIENTS:
         return [f"{len(effect.names)} along the joint" if effect.joints else f"{len(effect.names)}"]
-    sizes = {}
-    for name, value, error, unit in zip(
-        effect.names, effect.coefficients, std, effect.units(chain), strict=True
-    ):
+    sizes, each = {}, zip(effect.names, effect.coefficients, std, effect.units(chain), strict=True)
+    for name, value, error, unit in each:
         factor, symbol = readable_unit(unit)
         sizes[name] = f"{with_error(factor * value, factor * error)} {symbol}"
     one_each = len(effect.joints) == len(sizes) > 1

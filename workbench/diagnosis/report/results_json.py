@@ -84,16 +84,12 @@ def _effect(effect: AbstractEffect) -> Json:
 
 
 def _accepted(found: Accepted, result: Diagnosis) -> Json:
-    effect = found.effect
+    effect, keys = found.effect, ("name", "value", "std", "unit")
     units = effect.units(result.calibrated.chain)
+    sizes = zip(effect.names, effect.coefficients, found.std, units, strict=True)
     return {
         **_effect(effect),
-        "coefficients": [
-            {"name": name, "value": value, "std": std, "unit": unit}
-            for name, value, std, unit in zip(
-                effect.names, effect.coefficients, found.std, units, strict=True
-            )
-        ],
+        "coefficients": [dict(zip(keys, each, strict=True)) for each in sizes],
         **_chance(found.gain),
         **_held_out("before", found.before),
         **_held_out("after", result.after.judged),

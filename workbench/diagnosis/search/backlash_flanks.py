@@ -105,10 +105,8 @@ def search_flanks(
         belief = _belief(_loads(held, x, side), odds)
         fitted.append((misfit, held, found))
         last, side = side, _likelier(side, odds + belief.lean)
-        if (is_weighed and np.array_equal(side, last)) or found.outcome in (
-            Outcome.CANCELLED,
-            Outcome.DIVERGED,
-        ):
+        is_lost = found.outcome in (Outcome.CANCELLED, Outcome.DIVERGED)
+        if is_lost or (is_weighed and np.array_equal(side, last)):
             break
         if len(fitted) > 2 and misfit > NO_GAIN * min(m for m, *_ in fitted[:-1]):
             break

@@ -53,8 +53,6 @@ ROUNDS, ROUNDED = 8, 5e-6
 EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
 """Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
 is none."""
-SMALL = 1e-4
-"""Motion of a joint by which its influence is found [rad or m]."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
 0.5 %), and the smallest spread of the points as a share of the reach."""
@@ -70,15 +68,12 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     columns = dict(data.unread)
     if data.session is not None and len(data.sessions) > 1:
         columns["session"] = data.session
-    if not columns or data.readings is not None:
-        return ""
-    problem, x = _with_effects_held(fit, data)
-    kept = np.isin(fit.problem.names, problem.names)
-    if kept.sum() < len(problem.names):
+    (problem, x), known = _with_effects_held(fit, data), {*fit.problem.names}
+    if not columns or data.readings is not None or not {*problem.names} <= known:
         return ""
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(x))
     prior, posture = fit.problem.prior_at(fit.x), repeats(data)
-    prior = prior._replace(jacobian=prior.jacobian[:, kept])
+    prior = prior._replace(jacobian=prior.jacobian[:, np.isin(fit.problem.names, problem.names)])
     frames = np.array([re.split(r"[.[]", name)[0] in ("base", "tool") for name in problem.names])
     for heading, cells in columns.items():
         rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
@@ -107,18 +102,15 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     return ""
 
 
-def seats(data: Dataset) -> dict[str, np.ndarray]:
-    """The column of the seats that a tip or a ball was put into, if there is one."""
-    return {} if data.contact is None else {"contact": data.contact}
-
-
 @beside("columns that mark bad rows", "")
 def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) -> str:
-    """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty.
+    """`rows whose 'Valid' is 0 (20 of 60) are 50 times as far off as the others …`, or empty; beside columns
+    the seats that a tip or a ball was put into are asked.
 
     Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
     """
     (problem, x), (worst, found) = _with_effects_held(fit, data), (WORSE, "")
+    columns = columns if data.contact is None else {**columns, "contact": data.contact}
     if not columns or data.readings is not None or not {*problem.names} <= {*fit.problem.names}:
         return ""
     sizes = robust_fit(problem.with_deviation(MAX_DEVIATION), x)[1]
@@ -180,12 +172,8 @@ def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndar
     their joints do that no constant imitates; what share of the error each leaves, and its chance."""
     problem = thinned(fit.problem)
     residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
-
-    def moved(way: np.ndarray) -> np.ndarray:
-        rows = replace(problem.data, q=problem.data.q + SMALL * way)
-        return problem.again(data=rows).residual(fit.x)[: problem.size] / (2.0 * SMALL)
-
-    joints = np.stack([moved(way) - moved(-way) for way in np.eye(motion.shape[1])], 1)
+    found = problem.again(robot=fit.arm, known={**problem.known, **problem.instrument(fit.x)})
+    joints = -np.concatenate([b.whiten(b.by_joint).reshape(-1, motion.shape[1]) for b in found.blocks])
     columns = np.einsum("mj,mjk->mk", joints, motion[problem.component_rows])
     own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
     left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))

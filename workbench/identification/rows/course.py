@@ -16,19 +16,19 @@ class Course(NamedTuple):
     """How joints came to the rows of a file: one after the other by their times, or as they stand in it.
 
     Args:
-        order: The rows so, session by session.
-        steps: By how far joints moved to each of them [rad or m].
+        steps: By how far joints moved to each of them so, session by session [rad or m].
         begins: Which of these are the first of a session.
-        speed: How fast they moved in each of some rows, from those about it [rad/s or m/s; without times,
+        place: Where in this order some rows stand.
+        speed: How fast joints moved in each of those, from those about it [rad/s or m/s; without times,
             from row to row].
         is_timed: Whether times tell.
         is_steady: Whether rows are near enough to each other for speeds to be so.
     """
 
-    order: Int[np.ndarray, " rows"]
     steps: Float[np.ndarray, "rows n"]
     begins: Bool[np.ndarray, " rows"]
-    speed: Float[np.ndarray, "rows n"]
+    place: Int[np.ndarray, " some"]
+    speed: Float[np.ndarray, "some n"]
     is_timed: bool
     is_steady: bool
 
@@ -53,11 +53,6 @@ def course(some: Dataset, data: Dataset) -> Course:
     ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
     speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
     is_steady = bool(((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum())
-    speed = speed[np.argsort(order)[place_of(some, data)]]
-    return Course(order, steps, begins, speed, timed, is_steady)
-
-
-def place_of(some: Dataset, data: Dataset) -> Int[np.ndarray, " some"]:
-    """Where some rows of a file stand among all."""
-    order = np.argsort(data.row, kind="stable")
-    return order[np.searchsorted(data.row[order], some.row)]
+    rows = np.argsort(data.row, kind="stable")
+    place = np.argsort(order)[rows[np.searchsorted(data.row[rows], some.row)]]
+    return Course(steps, begins, place, speed[place], timed, is_steady)
