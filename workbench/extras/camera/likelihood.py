@@ -84,10 +84,10 @@ class Pictures:
         columns = [[getattr(p, f.name) for p in parts] for f in fields(cls)]
         return cls(*map(np.concatenate, columns[:5]), *(np.sum(column, axis=0) for column in columns[5:]))
 
-    @property
-    def pixel(self) -> float:
-        """Error of corners [px, root mean square distance]."""
-        return float(np.sqrt(2.0 * self.square.sum() / self.count.sum()))
+    def pixel(self, step: Float[np.ndarray, " p"]) -> float:
+        """Error of corners that a step of the unknowns leaves [px, root mean square distance]."""
+        square = self.square.sum() + step @ (self.information @ step - 2.0 * self.gradient)
+        return float(np.sqrt(2.0 * square / self.count.sum()))
 
     @property
     def off(self) -> Float[np.ndarray, " rows"]:
@@ -170,10 +170,7 @@ class Likelihood:
         found = [self._sought(pinned, begin) for begin in (FIRST, UNCALIBRATED)]
         sizes = min(found, key=lambda each: each[1])[0]
         value, step, covariance, _ = self.cost(sizes)
-        sums = self.pictures
-        square = sums.square.sum() + step @ (sums.information @ step - 2.0 * sums.gradient)
-        pixel = float(np.sqrt(2.0 * square / sums.count.sum()))
-        return Likeliest(sizes, value, self.x + step, covariance, pixel)
+        return Likeliest(sizes, value, self.x + step, covariance, self.pictures.pixel(step))
 
     def _sought(self, pinned: Mapping[str, float], begin: np.ndarray) -> tuple[np.ndarray, float]:
         """The likeliest sizes from those where the search begins, and their cost."""
@@ -247,16 +244,3 @@ class Likelihood:
         lacks = (len(c) - kept - taken).reshape(2, 3).sum(1)
         widths = precision @ (np.diag(inverse - np.linalg.inv(p)) + (self.off + step) ** 2)
         return cost, step, inverse, 2.0 * np.concatenate([[noise], lacks, -widths])
-
-
-def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, np.ndarray]:
-    """Sums and sizes of the residuals of a model that was not fitted to them.
-
-    Where corners show nothing of s_p or s_r, it is not 0 but as large as they leave it on average.
-    """
-    pictures, none = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0))), np.zeros(0)
-    likelihood = Likelihood(pictures, none, none, np.zeros((0, 0)), none)
-    found = likelihood.likeliest()
-    both = zip(found.noise[:2], NOISE[1:], strict=True)
-    shown = [size if size > 0.0 else likelihood.mean(name) for size, name in both]
-    return pictures, np.array([found.sizes[0], *shown])
