@@ -120,12 +120,12 @@ class BoardFinder:
     def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
         """The finder of targets; what nobody gave of them is what shows most in pictures."""
         notes = list[str]()
-        unsaid = [t for t in targets if not t.prints]
+        unsaid = [t for t in targets if not t.dictionary]
         if unsaid:
             named = {n: tuple(replace(t, dictionary=n) for t in unsaid) for n in COMMON_NAMES}
             name = max(named, key=lambda n: cls(named[n]).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
-            targets = [t if t.prints else replace(t, dictionary=name) for t in targets]
+            targets = [t if t.dictionary else replace(t, dictionary=name) for t in targets]
         even = [(t,) for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
         older = [t for t in even if not cls(t).shown(pictures) and cls(t, older=t).shown(pictures)]
         notes += [f"{t.text} as OpenCV before 4.6 printed it" for (t,) in older]
@@ -185,8 +185,7 @@ def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterat
         found = next(filter(None, every), [])
         stems = {path.stem for path in found if path.name in named}  # of 0.jpg beside a depth 0.png
         found = [path for path in found if path.name in named or path.stem not in stems]
-        files = [path.name for path in found]
-        if again := [file for file, count in Counter(files).items() if count > 1]:
+        if again := [file for file, count in Counter(path.name for path in found).items() if count > 1]:
             text = f"has '{again[0]}' in several folders; give every picture its own name"
             raise FileError(text, path=str(own))
         if not found:

@@ -102,14 +102,12 @@ class Pictures:
         c = size[:, None] * np.linalg.inv(k) * size
         return c, float(2.0 * self.count.sum() * np.log(sizes[0]) + np.linalg.slogdet(k)[1].sum())
 
-    def tool_errors(
-        self, sizes: Float[np.ndarray, " k"]
-    ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
+    def tool_errors(self, sizes: Float[np.ndarray, " k"]) -> Float[np.ndarray, "2 rows"]:
         """Expected error of the tool [m], [rad] in every picture, given its residuals."""
         c, _ = self.compressed(sizes)
         twist = (c @ self.pull[..., None])[..., 0]
         square = twist**2 + sizes[0] ** 2 * np.einsum("rii->ri", c)
-        return np.sqrt(square[:, :3].sum(1)), np.sqrt(square[:, 3:].sum(1))
+        return np.sqrt(square.reshape(-1, 2, 3).sum(2)).T
 
 
 class Likeliest(NamedTuple):
@@ -157,9 +155,7 @@ class Likelihood:
     groups: Mapping[str, Float[np.ndarray, " p"]] = field(default_factory=dict)
 
     @classmethod
-    def at(
-        cls, problem: Problem, x: Float[np.ndarray, " p"], **groups: Float[np.ndarray, " p"]
-    ) -> "Likelihood":
+    def at(cls, problem: Problem, x: Float[np.ndarray, " p"], **groups: np.ndarray) -> "Likelihood":
         """Of a problem without prior knowledge of the groups."""
         own = problem.prior.T @ problem.prior
         known, pull = own + np.diag((FAR * problem.units) ** -2), own @ (x - problem.prior_centre)
@@ -177,7 +173,6 @@ class Likelihood:
         from scipy.optimize import minimize  # which takes a moment, and no other rows need it
 
         names = (*NOISE, *self.groups)
-        index = np.array([*range(WIDTH), *([WIDTH] * len(self.groups))])
         rest = [k for k, name in enumerate(names) if name not in pinned]
         sizes = np.array([pinned.get(name, 1.0) for name in names])
         each = 3 * len(self.pictures.count)
@@ -189,7 +184,7 @@ class Likelihood:
             value, *_, slope = self.cost(sizes)
             return value, slope[rest] / scale
 
-        start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, index[rest]])
+        start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, np.minimum(rest, WIDTH)])
         walls = np.transpose(bounds)
         found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=walls, options={"ftol": 1e-7})
         sizes[rest] = np.exp(found.x / scale)

@@ -120,8 +120,7 @@ def select_camera_step(
     if len(every) > len(own) and not doubt:  # geometry stays as given though it is uncertain
         whole = build(robot, data, free=every).with_noise(problem.noise)
         considered = Considered(whole, likelihood.mean("geometry", **given) * _shares(whole, shrunk))
-    more = {"actual": None if own else noise, "considered": considered}
-    return problem, identifiability(steps, noise, doubts=(doubt,) if doubt else (), **more)
+    return problem, identifiability(steps, noise, doubt, actual=None if own else noise, considered=considered)
 
 
 def _loosened(data: Dataset) -> Dataset:
@@ -234,12 +233,10 @@ def _larger(
     return text, off[k], stated.cost - found.cost
 
 
-def identifiability(
-    steps: Sequence[Json], noise: Noise, doubts: tuple[str, ...], **more: Any
-) -> Identifiability:
+def identifiability(steps: Sequence[Json], noise: Noise, doubt: str, **more: Any) -> Identifiability:
     """What the steps that were tried decide, the last one taken, and how corners and tool scatter."""
     title = [step["name"] for step in steps if step["taken"]][-1]
-    lost = {step["name"]: step["reason"] for step in steps if step["reason"]}
+    lost, doubts = {s["name"]: s["reason"] for s in steps if s["reason"]}, (doubt,) if doubt else ()
     advice, pixel = [TAKE_MORE] * bool(lost), np.sqrt(2.0) * noise.own
     reasons = "; ".join([*doubts, *(f"{name}: {reason}" for name, reason in lost.items()), *advice])
     unknown = "it has no constant that these pictures could determine"

@@ -12,7 +12,7 @@ another X or Z where the files say so; the intrinsics where the camera's file sa
 guesses of X and Z are closed forms from each picture's own pose of the board.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, product
 from typing import NamedTuple, final
@@ -99,16 +99,15 @@ class PixelObservation(AbstractObservation):
         """Poses of the cameras, and of the boards."""
         there = np.isfinite(self.measured[..., 0])
         boards = np.stack([there[:, :, part].any((1, 2)) for _, part in self.rig.parts], axis=1)
-        return self._poses_of(self.rig.cameras, there.any(2)), self._poses_of(self.rig.targets, boards)
+        held = tuple(self._poses_of(self.rig.targets, boards))
+        return tuple(self._poses_of(self.rig.cameras, there.any(2))), held
 
-    def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> tuple[Placement, ...]:
+    def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> Iterator[Placement]:
         """Of what no picture shows, or none of a session, there is none."""
-        found: list[Placement] = []
         for k, part in enumerate(parts):
             owners = np.array([owner_in(part, session) for session in self.session.tolist()])
-            shown = dict.fromkeys(owners[seen[:, k]].tolist())
-            found += (Placement(k, name, owners == name) for name in shown)
-        return tuple(found)
+            for name in dict.fromkeys(owners[seen[:, k]].tolist()):
+                yield Placement(k, name, owners == name)
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:

@@ -114,11 +114,8 @@ class PairFit:
         if not fits.any():
             return None
         what, k = np.unravel_index(np.argmax(np.where(fits, saved, 0.0)), fits.shape)
-        return (
-            ("camera", "target")[what],
-            np.linalg.norm(step[what, k].reshape(2, 3), axis=1),
-            int(kept[cuts[k]]),
-        )
+        by = np.linalg.norm(step[what, k].reshape(2, 3), axis=1)
+        return ("camera", "target")[what], by, int(kept[cuts[k]])
 
     def _chance(self, size: int, saved: Any, within: Any) -> Float[np.ndarray, "..."]:
         """How often chance saves as much by so many unknowns, of squares in the fit or beside it."""

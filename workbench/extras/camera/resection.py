@@ -16,6 +16,7 @@ Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -29,6 +30,9 @@ from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
 from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
+
+Pose = Float[np.ndarray, "4 4"]
+Poses = Float[np.ndarray, "rows 4 4"]
 
 FAR_OFF = 50.0
 """Corners farther off than this [px] count alike when a pose is chosen."""
@@ -94,16 +98,12 @@ def placed_alone(
     return np.array([*found], int), poses, np.reshape([off for _, off in found.values()], (-1, len(target)))
 
 
-def _off(
-    pose: Float[np.ndarray, "4 4"], pixels: np.ndarray, camera: Camera, target: PictureTarget
-) -> Float[np.ndarray, " points"]:
-    seen = project(se3.apply(pose, target.points), camera.intrinsics).pixel
-    return np.linalg.norm(seen - pixels, axis=1)
+def _off(pose: Pose, seen: np.ndarray, camera: Camera, target: PictureTarget) -> Float[np.ndarray, " points"]:
+    there = project(se3.apply(pose, target.points), camera.intrinsics).pixel
+    return np.linalg.norm(there - seen, axis=1)
 
 
-def _poses(
-    pixels: np.ndarray, there: np.ndarray, camera: Camera, target: PictureTarget
-) -> Iterator[Float[np.ndarray, "4 4"]]:
+def _poses(pixels: np.ndarray, there: np.ndarray, camera: Camera, target: PictureTarget) -> Iterator[Pose]:
     """Poses of the target in a picture by its plane and by RANSAC, refined on what suits."""
     cv2, lens, points = opencv(), as_opencv(camera.intrinsics), target.points
     if len(there) < 4:
@@ -190,9 +190,6 @@ SUITS, FAR, WEIGHTS = 6.0, 0.05, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
 """Times what the sure ones are off, and metres, within which pictures suit poses of camera and board; metres
 that a turn counts."""
 
-Pose = Float[np.ndarray, "4 4"]
-Poses = Float[np.ndarray, "rows 4 4"]
-
 
 def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pose, Pose, np.ndarray]:
     """Poses of camera and board that suit most pictures, in closed form, and which these are.
@@ -217,10 +214,7 @@ def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pos
     def off(there: Pose, held: Pose) -> Float[np.ndarray, " rows"]:
         return np.linalg.norm(se3.pose_error(sight, se3.inverse(there) @ carried @ held) * WEIGHTS, axis=1)
 
-    def sure(off: np.ndarray) -> float:
-        return float(np.quantile(off, SURE))
-
-    best = off(*by(every))
+    sure, best = partial(np.quantile, q=SURE), off(*by(every))
     if len(every) > fewest and best.max() > min(SUITS * sure(best), FAR):
         draw = np.random.default_rng(0)
         rows = (draw.choice(every, fewest, replace=False) for _ in range(SAMPLES))

@@ -138,11 +138,6 @@ class PictureTarget:
         return set(self.ids.tolist() if self.charuco is None else self.charuco.markers)
 
     @property
-    def prints(self) -> str:
-        """The dictionary of its markers as `prints_of` has it; "" where nobody said."""
-        return prints_of(self.dictionary)
-
-    @property
     def text(self) -> str:
         if self.charuco is None:
             return f"{len(self)} points of ids {listed(sorted(set(self.ids.tolist())))}"
@@ -224,13 +219,14 @@ class _TargetReader(AbstractTableReader):
             first = max((int(other.ids.max()) + 1 for other in before), default=0)
             given = {"dictionary": entry.dictionary or "DICT_6X6_250", **entry.charuco}
             prints = prints_of(str(given["dictionary"]))
-            free = max((max(b.markers) + 1 for b in before if b.prints == prints), default=0)
+            free = max((max(b.markers) + 1 for b in before if prints_of(b.dictionary) == prints), default=0)
             board = self.record(Charuco, {"first_marker": free, **given}, f"{what} charuco")
             made = charuco_target(board, mounted, first=first, **known)
+        prints = prints_of(made.dictionary)
         for other in before:
             points = (zip(each.ids.tolist(), each.corners.tolist(), strict=True) for each in (other, made))
             shared = [f"id {k} corner {c}" for k, c in sorted(set.intersection(*map(set, points)))]
-            if other.prints == made.prints != "" and (other.charuco or made.charuco):
+            if prints_of(other.dictionary) == prints != "" and (other.charuco or made.charuco):
                 shared = [f"marker {k}" for k in sorted(other.markers & made.markers)] + shared
             twice = [f"{what} is of '{other.name}' and '{made.name}'" for what in shared]
             if twice := twice + [f"has two boards named '{made.name}'"] * (other.name == made.name):
