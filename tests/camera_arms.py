@@ -76,16 +76,20 @@ class Arm:
         return f'name = "{name}"\nconvention = "dh"\n{joints}'
 
 
-def made(rng, name, *, zeros=0.0, angle=0.0, length=0.0, **more):
-    """An arm with random errors: zeros and angles [rad], lengths [m], one standard deviation.
+MIDDLE = np.deg2rad([0.0, 0.3, 0.3, 0.3, 0.3, 0.0])
+"""Errors of zeros that no camera and target can take up."""
+
+
+def made(seed, name, *, zeros=0.0, angle=0.0, length=0.0, **more):
+    """Numbers, and an arm with errors of them: zeros and angles [rad], lengths [m], one standard deviation.
 
     A turn beta is an error of its own between parallel axes only, elsewhere another zero of the next joint.
     """
-    dh = np.array(ARMS[name], float)
+    dh, rng = np.array(ARMS[name], float), np.random.default_rng(seed)
     n = len(dh)
     off = np.column_stack([rng.normal(size=n) * s for s in (0.0, length, length, angle)])
     beta = angle * rng.normal(size=n) * (np.sin(dh[:, 3]) == 0.0)
-    return Arm(dh + off, beta, zeros * rng.normal(size=n), **more)
+    return rng, Arm(dh + off, beta, zeros * rng.normal(size=n), **more)
 
 
 def dodecahedron():

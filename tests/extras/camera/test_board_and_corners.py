@@ -33,19 +33,9 @@ def printed(board=BOARD, *, older=False):
     return drawn.generateImage(tuple(round(n * board.square / DOT) for n in board.squares))
 
 
-def view(k, paper, **options):
-    eye, roll = VIEWS[k]
-    pose = looking_at(np.array(eye), np.array([0.075, 0.105, 0.0]), roll)
-    return pose, render(paper, DOT, pose, LENS, CAMERA.size, rng=np.random.default_rng(k), **options)
-
-
-def tags_at(places, dictionary, *, side=0.03, **more):
-    """Tags side by side: the target of their corners, clockwise from the upper left one."""
-    square = side * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
-    points = np.concatenate([square + np.array([x, 0.0, 0.0]) for x in places])
-    ids, corners = np.repeat(np.arange(len(places)), 4), np.tile(np.arange(4), len(places))
-    names = {"ids": ids, "corners": corners, "dictionary": dictionary}
-    return PictureTarget(mounted=Mount.TOOL, points=points, **names, **more)
+def view(paper, k, eye, at, roll):
+    pose = looking_at(np.array(eye), np.array(at), roll)
+    return pose, render(paper, DOT, pose, LENS, CAMERA.size, rng=np.random.default_rng(k))
 
 
 def test_boards_that_older_programs_printed_are_read():
@@ -59,7 +49,7 @@ def test_boards_that_older_programs_printed_are_read():
 
 @pytest.fixture(scope="module")
 def pictures():
-    return [view(k, printed()) for k in range(3)]
+    return [view(printed(), k, eye, (0.075, 0.105, 0.0), roll) for k, (eye, roll) in enumerate(VIEWS)]
 
 
 @pytest.fixture
@@ -123,13 +113,12 @@ def test_several_boards_are_told_apart_by_their_markers(tmp_path):
     gap = 60
     left, right = printed(boards[0]), printed(boards[1])
     paper = np.hstack([left, np.full((len(left), gap), 255, np.uint8), right])
-    pose = looking_at(np.array([0.17, 0.3, -0.32]), np.array([0.17, 0.105, 0.0]), 0.1)
-    picture = render(paper, DOT, pose, LENS, CAMERA.size, rng=np.random.default_rng(0))
+    pose, picture = view(paper, 0, (0.17, 0.3, -0.32), (0.17, 0.105, 0.0), 0.1)
     cv2.imwrite(str(tmp_path / "0.png"), picture)
     rig = Rig((CAMERA,), targets)
     found = find_corners(tmp_path, rig)
     assert len(found.id) >= 40
-    points = rig.points[rig.points_named(found.id, found.corner)]
+    points = np.concatenate([t.points for t in targets])[rig.points_named(found.id, found.corner)]
     points = points + (found.id >= inner)[:, None] * [0.15 + gap * DOT, 0.0, 0.0]
     there = points @ pose[:3, :3].T + pose[:3, 3]
     off = np.linalg.norm(project(there, LENS).pixel - found.uv, axis=1)
@@ -153,7 +142,11 @@ def test_the_sheet_is_the_board_at_its_true_size():
 
 
 def test_tags_are_found_by_their_points_and_by_any_dictionary():
-    target = tags_at((0.01, 0.06, 0.11), "DICT_5X5_250")
+    """Three side by side, their corners clockwise from the upper left one."""
+    square = np.array([[0.0, 0.0, 0.0], [0.03, 0.0, 0.0], [0.03, 0.03, 0.0], [0.0, 0.03, 0.0]])
+    points = np.concatenate([square + np.array([x, 0.0, 0.0]) for x in (0.01, 0.06, 0.11)])
+    names = {"ids": np.repeat(np.arange(3), 4), "corners": np.tile(np.arange(4), 3)}
+    target = PictureTarget(mounted=Mount.TOOL, points=points, dictionary="DICT_5X5_250", **names)
     paper = np.full((200, 600), 255, np.uint8)
     tags = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250)
     for k, x in enumerate((0.01, 0.06, 0.11)):

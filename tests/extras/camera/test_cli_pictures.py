@@ -34,11 +34,8 @@ def here(pictures, tmp_path):
 def test_the_commands_of_the_page_on_cameras(run, here):
     """As they are shown, on this folder; its table of corners is not here."""
     text = (Path(__file__).parents[3] / "assets/docs/camera.md").read_text(encoding="utf-8")
-    shown = re.findall(r"^workbench (?:.*\\\n)*.*", text, re.MULTILINE)
-    lines = [
-        line.replace("\\\n", " ").replace("PICTURES", ".").replace("--robot R ", "--robot aria ")
-        for line in shown
-    ]
+    text = text.replace("\\\n", " ").replace("PICTURES", ".").replace("--robot R ", "--robot aria ")
+    lines = re.findall(r"^workbench .*", text, re.MULTILINE)
     assert len(lines) == 6
     photographed = (here / "target.toml").read_bytes()
     (here / "target.toml").unlink()  # that of another target is not written over

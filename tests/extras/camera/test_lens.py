@@ -53,9 +53,7 @@ LENSES = {
 def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
     """Corners that are wrong among them; the arm ends as well as with a lens that was given."""
     scale, (k1, k2), on_tool = LENSES[case]
-    rng = np.random.default_rng(6)
-    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
-    arm.zeros[[0, -1]] = 0.0
+    rng, arm = virtual.made(6, "hobby", zeros=virtual.MIDDLE)
     k = virtual.K * [scale, scale, 1.0, 1.0]
     shots = virtual.scene(rng, arm, 25, on_tool=on_tool, distortion=(k1, k2, 0.0, 0.0, 0.0), k=k)
     for i in range(3, len(shots.rows), 40):
@@ -76,8 +74,7 @@ def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
 
 @pytest.mark.slow
 def test_two_cameras_of_one_table(tmp_path):
-    rng = np.random.default_rng(8)
-    arm = virtual.made(rng, "hobby")
+    rng, arm = virtual.made(8, "hobby")
     shots = virtual.scene(rng, arm, 20, eyes=[(0.9, -0.6, 0.5), (0.8, 0.7, 0.6)])
     robot = unlensed(tmp_path, shots)
     fit = wb.identify(robot, read(tmp_path), algorithms=("opt2",), free=()).best.fit

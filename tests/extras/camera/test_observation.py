@@ -45,9 +45,8 @@ def test_every_jacobian_column_is_the_derivative(per_session, joints):
     rng = np.random.default_rng(7)
     robot = load_robot("aria")
     sessions = np.array(["front", "left"])[np.arange(ROWS) % 2] if per_session else None
-    frames = FrameFreedom(
-        FRAME_PARTS, FRAME_PARTS, base_per_session=per_session, tool_per_session=per_session
-    )
+    own = {"base_per_session": per_session, "tool_per_session": per_session}
+    frames = FrameFreedom(FRAME_PARTS, FRAME_PARTS, **own)
     noise = Noise(1.0, 1.0, joints)
     check_problem(Problem.build(robot, pictures(robot, rng, sessions), frames=frames, noise=noise), rng)
 

@@ -24,9 +24,7 @@ from workbench.session.state import Focus
 
 @pytest.fixture(scope="module")
 def shots():
-    rng = np.random.default_rng(3)
-    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
-    arm.zeros[[0, -1]] = 0.0
+    rng, arm = virtual.made(3, "hobby", zeros=virtual.MIDDLE)
     return virtual.scene(rng, arm, 18)
 
 
@@ -74,15 +72,10 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
     found = identifiability.json(session.results.run.fit)["camera"]["poses"]["camera[c0]"]
     assert np.linalg.norm(found["xyz"] - shots.camera[0][:3, 3]) < 0.005
     assert b"<robot" in calibrated_urdf(session)[1]
-    again = restore(read_recording(tmp_path / "kept")).session
-    assert (
-        again.measurements.loaded.dataset.source
-        == session.measurements.loaded.dataset.source
-        == session.measurements.loaded.name
-    )
-    assert again.results.identification.best.fit.x == pytest.approx(
-        session.results.identification.best.fit.x, rel=1e-9
-    )
+    again, loaded = restore(read_recording(tmp_path / "kept")).session, session.measurements.loaded
+    assert again.measurements.loaded.dataset.source == loaded.dataset.source == loaded.name
+    x, y = (each.results.identification.best.fit.x for each in (again, session))
+    assert x == pytest.approx(y, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -29,9 +29,7 @@ def filed(folder, shots, *, moved):
 
 @pytest.mark.parametrize("moved", ["camera", slow("target")])
 def test_every_session_has_its_own_pose_with_its_interval(tmp_path, moved):
-    rng = np.random.default_rng(3)
-    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
-    arm.zeros[[0, -1]] = 0.0
+    rng, arm = virtual.made(3, "hobby", zeros=virtual.MIDDLE)
     shots = days(rng, arm, (9, 9, 9), moved=moved)
     robot, data = filed(tmp_path, virtual.joined(**dict(zip(DAYS, shots, strict=True))), moved=moved)
     run = wb.identify(robot, data, algorithms=("opt2",))

@@ -18,8 +18,7 @@ IDENTIFY = partial(wb.identify, algorithms=("opt2",))
 
 
 def seen(tmp_path, seed, count=12, **options):
-    rng = np.random.default_rng(seed)
-    arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
+    rng, arm = virtual.made(seed, "ur5", zeros=np.deg2rad(0.3))
     shots = virtual.scene(rng, arm, count, **options)
     return arm, shots, *written(tmp_path, "ur5", shots)
 
@@ -27,8 +26,7 @@ def seen(tmp_path, seed, count=12, **options):
 @pytest.mark.parametrize("name", ["ur5", slow("7R"), slow("industrial")])
 def test_one_wrong_picture_of_twelve_is_named_and_spoils_nothing(tmp_path, name):
     """A geometry that was 200 mm off was taken; good pictures were lost as gross outliers."""
-    rng = np.random.default_rng(31)
-    arm = virtual.made(rng, name, zeros=np.deg2rad(0.3))
+    rng, arm = virtual.made(31, name, zeros=np.deg2rad(0.3))
     shots = virtual.scene(rng, arm, 12)
     shots.q[4] = rng.uniform(-2.0, 2.0, shots.q.shape[1])
     robot, data = written(tmp_path, name, shots)
@@ -41,8 +39,7 @@ def test_one_wrong_picture_of_twelve_is_named_and_spoils_nothing(tmp_path, name)
 
 def test_no_geometry_is_saved_with_a_print_of_another_size(tmp_path, run):
     """Squares of 25.4 mm given as 25 mm, behind errors of the geometry."""
-    rng = np.random.default_rng(1)
-    arm = virtual.made(rng, "ur5", angle=1.5e-3, length=1.5e-3, zeros=1.5e-3)
+    rng, arm = virtual.made(1, "ur5", angle=1.5e-3, length=1.5e-3, zeros=1.5e-3)
     robot, data = written(tmp_path, "ur5", virtual.scene(rng, arm, 40, scale=25.4 / 25.0))
     identifiability = wb.identify(robot, data, algorithms=("opt2",)).identifiability
     assert "geometry" not in identifiability.title
@@ -59,8 +56,7 @@ def test_no_geometry_is_saved_with_a_print_of_another_size(tmp_path, run):
 
 def test_a_single_tag_of_another_size_does_not_bend_the_arm(tmp_path):
     """Lengths moved by 6 mm, and 1.4 mm of a real UR5e's tool, took up that its tag was 1.5 % smaller."""
-    rng = np.random.default_rng(0)
-    shots = virtual.scene(rng, virtual.made(rng, "ur5", angle=2e-3, length=2e-3), 50, scale=0.984, noise=0.15)
+    shots = virtual.scene(*virtual.made(0, "ur5", angle=2e-3, length=2e-3), 50, scale=0.984, noise=0.15)
     shown = [row for row in shots.rows if row[2] == shots.rows[0][2]]
     images = sorted({row[0] for row in shown})
     rows = [(images.index(image), *row) for image, *row in shown]

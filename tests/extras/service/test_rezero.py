@@ -34,9 +34,8 @@ ARMS = {
 
 def framed(arm, free=Freedom.FIXED):
     """An arm as a calibration saved it, with its record."""
-    frame = Frame.from_pose(
-        se3.pose(se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])), np.array([0.02, 0.05, 0.11]))
-    )
+    turn = se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3]))
+    frame = Frame.from_pose(se3.pose(turn, np.array([0.02, 0.05, 0.11])))
     known, std, poses = Expected(KNOWN, KNOWN), dict.fromkeys(arm.default_free, KNOWN), np.zeros(0, np.uint32)
     seen = Observed(position=3, rotation=3, tool=known, flange=known, q=np.zeros((1, arm.dof)))
     record = Calibration(source="a.csv", poses=poses, std=std, observed=seen)
@@ -67,9 +66,8 @@ def measured(arm, shifts, *, rows=8, **how):
     poses = actual.pose(q)
     turn = se3.rotvec_to_matrix(SIGMA[1] * rng.normal(size=(rows, 3)))
     position = poses[:, :3, 3] + SIGMA[0] * rng.normal(size=(rows, 3))
-    return wb.Dataset(
-        q, position, turn @ poses[:, :3, :3], sigma=np.tile([*[SIGMA[0]] * 3, *[SIGMA[1]] * 3], (rows, 1))
-    )
+    sigma = np.tile(np.repeat(SIGMA, 3), (rows, 1))
+    return wb.Dataset(q, position, turn @ poses[:, :3, :3], sigma=sigma)
 
 
 def touched(arm, shifts, *, times=4, **how):
@@ -224,9 +222,8 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert (written["reading"], written["reading_open"]) == ("as given", [])
     assert written["reading_margin"] > 10.0
     assert written["joints"][2]["moved"]
-    assert wb.load_robot("new.toml").values(("joint3.theta",))[0] == pytest.approx(
-        arm.values(("joint3.theta",))[0] + np.deg2rad(0.5), abs=4e-4
-    )
+    new, old = (robot.values(("joint3.theta",)) for robot in (wb.load_robot("new.toml"), arm))
+    assert new == pytest.approx(old + np.deg2rad(0.5), abs=4e-4)
     bent = measured(arm, np.zeros(6), changed={"joint2.a": 4e-3}.items())
     wb.write_measurements(bent, tmp_path / "bent.csv")
     status, out, err = run("rezero", "bent.csv", "--robot", robot, "--save", "no.toml")
@@ -265,12 +262,8 @@ def recalibrated(request, tmp_path_factory):
         q = rng.uniform(-2.0, 2.0, (count, nominal.dof))
         pose = actual.pose(q + shift)
         turns = se3.rotvec_to_matrix(rng.normal(0.0, turn, (count, 3)))
-        return wb.Dataset(
-            q=q,
-            source="rows.csv",
-            position=pose[:, :3, 3] + rng.normal(0.0, noise, (count, 3)),
-            rotation=pose[:, :3, :3] @ turns if turned else None,
-        )
+        position = pose[:, :3, 3] + rng.normal(0.0, noise, (count, 3))
+        return wb.Dataset(q, position, pose[:, :3, :3] @ turns if turned else None, source="rows.csv")
 
     saved = wb.identify(wb.load_robot(str(path)), rows(60)).robot.save(folder / "calibrated.toml")
     return wb.load_robot(str(saved)), rows

@@ -26,8 +26,6 @@ DISTORTION_SIGMA = (0.2, 0.2, 0.005, 0.005, 0.2)
 """… and of k1 k2 p1 p2 k3."""
 NEAREST = 1e-3
 """Points nearer to the camera's plane than this [m] are projected as if they were this far before it."""
-PER_SESSION = "per_session"
-"""Key of a camera, and of a board, that may have another pose in every session."""
 FREE = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 

@@ -43,8 +43,6 @@ MAX_PIXELS = 250_000_000
 Image.MAX_IMAGE_PIXELS = MAX_PIXELS
 
 Picture = UInt8[np.ndarray, "height width"]
-Markers = tuple[Float[np.ndarray, "n 4 2"], Int[np.ndarray, " n"]]
-"""Corners [px] and numbers of single markers."""
 Corners = Float[np.ndarray, "n 4"]
 """Of tags, or of boards: id, number of the tag's corner, and where it is in the picture [px]."""
 
@@ -69,8 +67,8 @@ def opencv_board(board: Charuco) -> Any:
     return opencv().aruco.CharucoBoard(board.squares, board.square, board.marker, prints, own)
 
 
-def markers_in(picture: Picture, name: str) -> Markers:
-    """The markers of a dictionary in a picture, their corners to parts of a pixel."""
+def markers_in(picture: Picture, name: str) -> tuple[Float[np.ndarray, "n 4 2"], Int[np.ndarray, " n"]]:
+    """Corners of a dictionary's markers in a picture, to parts of a pixel, and their numbers."""
     settings = opencv().aruco.DetectorParameters()
     settings.cornerRefinementMethod = opencv().aruco.CORNER_REFINE_SUBPIX
     corners, names, _ = opencv().aruco.ArucoDetector(dictionary(name), settings).detectMarkers(picture)
@@ -122,12 +120,12 @@ class BoardFinder:
     def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
         """The finder of targets; what nobody gave of them is what shows most in pictures."""
         notes = list[str]()
-        unsaid = [t for t in targets if not t.prints]
+        unsaid = [t for t in targets if not t.dictionary]
         if unsaid:
             named = {n: tuple(replace(t, dictionary=n) for t in unsaid) for n in COMMON_NAMES}
             name = max(named, key=lambda n: cls(named[n]).shown(pictures))
             notes.append(f"the tags are of {name}, as no dictionary is given")
-            targets = [t if t.prints else replace(t, dictionary=name) for t in targets]
+            targets = [t if t.dictionary else replace(t, dictionary=name) for t in targets]
         even = [(t,) for t in targets if t.charuco is not None and t.charuco.squares[1] % 2 == 0]
         older = [t for t in even if not cls(t).shown(pictures) and cls(t, older=t).shown(pictures)]
         notes += [f"{t.text} as OpenCV before 4.6 printed it" for (t,) in older]
@@ -135,16 +133,15 @@ class BoardFinder:
 
     def find(self, picture: Picture) -> tuple[Corners, str]:
         """All corners in a picture, and the reason where there are none."""
-        found = [np.zeros((0, 4)), *(part for part in self.parts(picture) if len(part) >= MIN_FOUND)]
+        found = [np.zeros((0, 4)), *self.parts(picture)]
         return np.concatenate(found), "" if len(found) > 1 else self.reason(picture)
 
     def shown(self, pictures: Sequence[Picture]) -> int:
         """How many corners pictures show."""
-        found = (len(part) for picture in pictures for part in self.parts(picture))
-        return sum(count for count in found if count >= MIN_FOUND)
+        return sum(len(part) for picture in pictures for part in self.parts(picture))
 
     def parts(self, picture: Picture) -> Iterator[Corners]:
-        """What a picture shows of each ChArUco board, and of all tags of a dictionary."""
+        """What a picture shows of each ChArUco board, and of all tags of a dictionary, if enough."""
         tags: dict[str, list[PictureTarget]] = {}
         for target in self.targets:
             if target.charuco is None:
@@ -153,14 +150,15 @@ class BoardFinder:
             board = opencv_board(target.charuco)
             board.setLegacyPattern(target in self.older)
             uv, names, *_ = opencv().aruco.CharucoDetector(board).detectBoard(picture)
-            if names is not None:
+            if names is not None and len(names) >= MIN_FOUND:
                 ids = names.ravel() + target.ids[0]
                 yield np.column_stack([ids, np.zeros(len(ids)), uv.reshape(-1, 2)])
         for dictionary, own in tags.items():
             squares, names = markers_in(picture, dictionary)
             ids, corners = np.repeat(names, 4), np.tile(np.arange(4), len(names))
             known = Rig((), tuple(own)).points_named(ids, corners) >= 0
-            yield np.column_stack([ids, corners, squares.reshape(-1, 2)])[known]
+            if known.sum() >= MIN_FOUND:
+                yield np.column_stack([ids, corners, squares.reshape(-1, 2)])[known]
 
     def reason(self, picture: Picture) -> str:
         """Why a picture does not show the target."""
@@ -187,8 +185,7 @@ def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterat
         found = next(filter(None, every), [])
         stems = {path.stem for path in found if path.name in named}  # of 0.jpg beside a depth 0.png
         found = [path for path in found if path.name in named or path.stem not in stems]
-        files = [path.name for path in found]
-        if again := [file for file, count in Counter(files).items() if count > 1]:
+        if again := [file for file, count in Counter(path.name for path in found).items() if count > 1]:
             text = f"has '{again[0]}' in several folders; give every picture its own name"
             raise FileError(text, path=str(own))
         if not found:
@@ -198,19 +195,14 @@ def picture_files(folder: Path, rig: Rig, named: Collection[str] = ()) -> Iterat
 
 def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
     """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits."""
-
-    def grey(picture: Image.Image) -> Picture:
-        if picture.width * picture.height > MAX_PIXELS:
-            return np.zeros((0, 0), np.uint8)
-        is_turned = size not in (None, picture.size) and size == picture.size[::-1]
-        picture = ImageOps.exif_transpose(picture) if is_turned else picture
-        if picture.mode.startswith("I"):  # 16 bits
-            return (np.asarray(picture) // 256).astype(np.uint8)
-        return np.asarray(picture.convert("L"))
-
     with contextlib.suppress(Exception):  # Pillow stumbles over each format in its own way
-        if (found := grey(Image.open(io.BytesIO(read_bytes(path, wanted="a picture"))))).size:
-            return found
+        picture: Image.Image = Image.open(io.BytesIO(read_bytes(path, wanted="a picture")))
+        if 0 < picture.width * picture.height <= MAX_PIXELS:
+            is_turned = size not in (None, picture.size) and size == picture.size[::-1]
+            picture = ImageOps.exif_transpose(picture) if is_turned else picture
+            if picture.mode.startswith("I"):  # 16 bits
+                return (np.asarray(picture) // 256).astype(np.uint8)
+            return np.asarray(picture.convert("L"))
     raise FileError(f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels", path=str(path))
 
 

@@ -28,8 +28,9 @@ from workbench.data.dataset import Dataset
 from workbench.data.postures import pose_units, repeats_text
 from workbench.extras.camera import pair_fit
 from workbench.extras.camera.camera import ON, Mount
-from workbench.extras.camera.pair_fit import CLEARLY, FLIPPED, PairFit, Poses, fit_pairs
+from workbench.extras.camera.pair_fit import CLEARLY, FLIPPED, PairFit, fit_pairs
 from workbench.extras.camera.pose_pairs import WANTED, read_pairs
+from workbench.extras.camera.resection import Poses
 from workbench.report.blocks import Block, Sentence, headed, lines
 from workbench.report.json import Json, document
 from workbench.report.numbers import signed
@@ -256,9 +257,8 @@ def _paired(robot: Poses, target: Poses) -> tuple[dict[Mount, PairFit], slice, s
     target's poses have a pair, and that it is the next one's."""
     given, rows = _fits(robot, target), len(robot) - 1
     lost = min(map(_lost, given.values()))
-    for where, k in (
-        {"before": 0, "after": 1}.items() if lost > MAX_LOST and rows >= pair_fit.MIN_BOTH else ()
-    ):
+    is_lost = lost > MAX_LOST and rows >= pair_fit.MIN_BOTH
+    for where, k in (("before", 0), ("after", 1)) if is_lost else ():
         part = slice(1 - k, 1 - k + rows)
         fits = _fits(robot[k : k + rows], target[part])
         moved = min(fits.values(), key=_lost)

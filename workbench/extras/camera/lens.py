@@ -80,12 +80,9 @@ def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"
     return replace(camera, intrinsics=frozen(found), is_assumed=False)
 
 
-Tried = tuple[float, Camera, list[tuple[np.ndarray, np.ndarray]]]
-"""Mean distance of corners [px], large ones clipped; the lens; points and pixels of each view near to it."""
-
-
-def _tried(camera: Camera, focal: float, k1: float, boards: list) -> Tried:
-    """A lens, and the target as some pictures show it through this lens."""
+def _tried(camera: Camera, focal: float, k1: float, boards: list) -> tuple[float, Camera, list]:
+    """Mean distance of corners [px] by a lens, large ones clipped; the lens; points and pixels of each view
+    near to it."""
     lens = [focal, focal, *camera.intrinsics[2:4], k1, 0.0, 0.0, 0.0, 0.0]
     camera = replace(camera, intrinsics=frozen(np.array(lens)))
     views, off = [], [np.array([FAR_OFF])]
@@ -105,8 +102,7 @@ def _refined(off: float, camera: Camera, views: list) -> tuple[float, Float[np.n
     points, pixels = ([part[k].astype(np.float32) for part in views] for k in (0, 1))
     flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
     until = cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12
-    lens = as_opencv(camera.intrinsics)
-    given = points, pixels, camera.size, *lens
+    given = points, pixels, camera.size, *as_opencv(camera.intrinsics)
     try:
         off, k, more, *_ = cv2.calibrateCamera(*given, flags=flags, criteria=until)
     except cv2.error:

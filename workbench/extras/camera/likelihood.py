@@ -84,10 +84,10 @@ class Pictures:
         columns = [[getattr(p, f.name) for p in parts] for f in fields(cls)]
         return cls(*map(np.concatenate, columns[:5]), *(np.sum(column, axis=0) for column in columns[5:]))
 
-    @property
-    def pixel(self) -> float:
-        """Error of corners [px, root mean square distance]."""
-        return float(np.sqrt(2.0 * self.square.sum() / self.count.sum()))
+    def pixel(self, step: Float[np.ndarray, " p"]) -> float:
+        """Error of corners that a step of the unknowns leaves [px, root mean square distance]."""
+        square = self.square.sum() + step @ (self.information @ step - 2.0 * self.gradient)
+        return float(np.sqrt(2.0 * square / self.count.sum()))
 
     @property
     def off(self) -> Float[np.ndarray, " rows"]:
@@ -102,14 +102,12 @@ class Pictures:
         c = size[:, None] * np.linalg.inv(k) * size
         return c, float(2.0 * self.count.sum() * np.log(sizes[0]) + np.linalg.slogdet(k)[1].sum())
 
-    def tool_errors(
-        self, sizes: Float[np.ndarray, " k"]
-    ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
+    def tool_errors(self, sizes: Float[np.ndarray, " k"]) -> Float[np.ndarray, "2 rows"]:
         """Expected error of the tool [m], [rad] in every picture, given its residuals."""
         c, _ = self.compressed(sizes)
         twist = (c @ self.pull[..., None])[..., 0]
         square = twist**2 + sizes[0] ** 2 * np.einsum("rii->ri", c)
-        return np.sqrt(square[:, :3].sum(1)), np.sqrt(square[:, 3:].sum(1))
+        return np.sqrt(square.reshape(-1, 2, 3).sum(2)).T
 
 
 class Likeliest(NamedTuple):
@@ -157,9 +155,7 @@ class Likelihood:
     groups: Mapping[str, Float[np.ndarray, " p"]] = field(default_factory=dict)
 
     @classmethod
-    def at(
-        cls, problem: Problem, x: Float[np.ndarray, " p"], **groups: Float[np.ndarray, " p"]
-    ) -> "Likelihood":
+    def at(cls, problem: Problem, x: Float[np.ndarray, " p"], **groups: np.ndarray) -> "Likelihood":
         """Of a problem without prior knowledge of the groups."""
         own = problem.prior.T @ problem.prior
         known, pull = own + np.diag((FAR * problem.units) ** -2), own @ (x - problem.prior_centre)
@@ -170,17 +166,13 @@ class Likelihood:
         found = [self._sought(pinned, begin) for begin in (FIRST, UNCALIBRATED)]
         sizes = min(found, key=lambda each: each[1])[0]
         value, step, covariance, _ = self.cost(sizes)
-        sums = self.pictures
-        square = sums.square.sum() + step @ (sums.information @ step - 2.0 * sums.gradient)
-        pixel = float(np.sqrt(2.0 * square / sums.count.sum()))
-        return Likeliest(sizes, value, self.x + step, covariance, pixel)
+        return Likeliest(sizes, value, self.x + step, covariance, self.pictures.pixel(step))
 
     def _sought(self, pinned: Mapping[str, float], begin: np.ndarray) -> tuple[np.ndarray, float]:
         """The likeliest sizes from those where the search begins, and their cost."""
         from scipy.optimize import minimize  # which takes a moment, and no other rows need it
 
         names = (*NOISE, *self.groups)
-        index = np.array([*range(WIDTH), *([WIDTH] * len(self.groups))])
         rest = [k for k, name in enumerate(names) if name not in pinned]
         sizes = np.array([pinned.get(name, 1.0) for name in names])
         each = 3 * len(self.pictures.count)
@@ -192,7 +184,7 @@ class Likelihood:
             value, *_, slope = self.cost(sizes)
             return value, slope[rest] / scale
 
-        start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, index[rest]])
+        start, *bounds = scale * np.log(np.array([begin, MIN_SIZE, MAX_SIZE])[:, np.minimum(rest, WIDTH)])
         walls = np.transpose(bounds)
         found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=walls, options={"ftol": 1e-7})
         sizes[rest] = np.exp(found.x / scale)
@@ -247,16 +239,3 @@ class Likelihood:
         lacks = (len(c) - kept - taken).reshape(2, 3).sum(1)
         widths = precision @ (np.diag(inverse - np.linalg.inv(p)) + (self.off + step) ** 2)
         return cost, step, inverse, 2.0 * np.concatenate([[noise], lacks, -widths])
-
-
-def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, np.ndarray]:
-    """Sums and sizes of the residuals of a model that was not fitted to them.
-
-    Where corners show nothing of s_p or s_r, it is not 0 but as large as they leave it on average.
-    """
-    pictures, none = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0))), np.zeros(0)
-    likelihood = Likelihood(pictures, none, none, np.zeros((0, 0)), none)
-    found = likelihood.likeliest()
-    both = zip(found.noise[:2], NOISE[1:], strict=True)
-    shown = [size if size > 0.0 else likelihood.mean(name) for size, name in both]
-    return pictures, np.array([found.sizes[0], *shown])

@@ -22,7 +22,6 @@ from workbench.extras.camera.camera import INTRINSICS
 from workbench.extras.camera.likelihood import MIN_SIZE, WIDTH, Likeliest, Likelihood
 from workbench.extras.camera.observation import POSE, Placed
 from workbench.extras.camera.rig import owner_in, rig_of, with_rig
-from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.consider_covariance import Considered
 from workbench.identification.fit import Fit
@@ -111,14 +110,17 @@ def select_camera_step(
         steps.append(step | {"fitted_px": found[name].pixel, "evidence": max(gains[name], 0.0)})
     own, considered = names[taken], None
     problem = build(robot, data, free=own)
-    problem, alone = _fitted(problem, shrunk & set(own)) if own else _alike(problem)
+    if own:
+        problem, alone = _fitted(problem, shrunk & set(own))
+    else:  # all corners weighed alike: what camera and target leave tells of the arm
+        problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
+        alone = Likelihood.at(problem, Opt2(limit=60).search(problem).x)
     noise = alone.likeliest().noise
-    steps[[*names].index(taken)]["fitted_px"] = alone.pictures.pixel
+    steps[[*names].index(taken)]["fitted_px"] = alone.pictures.pixel(0.0 * alone.x)
     if len(every) > len(own) and not doubt:  # geometry stays as given though it is uncertain
         whole = build(robot, data, free=every).with_noise(problem.noise)
         considered = Considered(whole, likelihood.mean("geometry", **given) * _shares(whole, shrunk))
-    more = {"actual": None if own else noise, "considered": considered}
-    return problem, identifiability(steps, noise, doubts=(doubt,) if doubt else (), **more)
+    return problem, identifiability(steps, noise, doubt, actual=None if own else noise, considered=considered)
 
 
 def _loosened(data: Dataset) -> Dataset:
@@ -155,12 +157,6 @@ def _shares(problem: Problem, names: Collection[str]) -> Float[np.ndarray, " p"]
     reach = max(problem.robot.reach / 2.0, 0.1)
     own = ((1.0 / reach if p.unit == "rad" else 1.0) if p.name in names else 0.0 for p in problem.parameters)
     return np.array([*own])
-
-
-def _alike(problem: Problem) -> tuple[Problem, Likelihood]:
-    """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
-    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
-    return problem, Likelihood.at(problem, Opt2(limit=60).search(problem).x)
 
 
 def _fitted(problem: Problem, shrunk: Collection[str]) -> tuple[Problem, Likelihood]:
@@ -200,13 +196,12 @@ def find_doubt(problem: Problem, likelihood: Likelihood, given: Mapping[str, flo
         given: Their widths where intrinsics and sizes are as given.
         data: The pictures.
     """
-    sized = [target for target in rig_of(data).targets if f"{target.owner}.scale" in problem.names]
-    sigmas = {target: max(target.scale_sigma, EXACT_SIZE) for target in sized}
+    sigma = likelihood.groups["size"]
     held = {**given, "geometry": FIXED}
     found, nominal = likelihood.likeliest(**given), likelihood.likeliest(**held)
     by_lens = likelihood.likeliest(**{**given, "lens": LET_GO})
     by_size, resized = (likelihood.likeliest(**{**pins, "size": LET_GO}) for pins in (given, held))
-    text, strange, gain = _larger(sigmas, problem, by_size, found)
+    text, strange, gain = _larger(problem, sigma, by_size, found)
     if (gain_of_lens := found.cost - by_lens.cost) > OTHER_LENS:
         owner = next(c for c in rig_of(data).cameras if c.free is Freedom.FIXED)
         values = problem.named(by_lens.x)
@@ -216,47 +211,45 @@ def find_doubt(problem: Problem, likelihood: Likelihood, given: Mapping[str, flo
         return f"the given intrinsics do not fit the pictures (camera {owner.name}: {shown}){rest}"
     if strange > OUTSIDE and gain > OTHER_SIZE:
         return f"{text}; {CORRECT}"
-    text, strange, gain = _larger(sigmas, problem, resized, nominal)
+    text, strange, gain = _larger(problem, sigma, resized, nominal)
     is_either = strange > OUTSIDE and gain > max(OTHER_SIZE, ARM_OR_SIZE * (nominal.cost - found.cost))
     return f"{text}{OR_ARM}; {CORRECT}" if is_either else ""
 
 
 def _larger(
-    sigmas: dict[PictureTarget, float], problem: Problem, found: Likeliest, stated: Likeliest
+    problem: Problem, sigma: Float[np.ndarray, " p"], found: Likeliest, stated: Likeliest
 ) -> tuple[str, float, float]:
     """How much larger or smaller the strangest board is found than stated, by how many standard deviations,
     and the evidence."""
-    if not sigmas:
+    if not sigma.any():
         return "", 0.0, 0.0
-    at = {target: problem.names.index(f"{target.owner}.scale") for target in sigmas}
-    target = max(sigmas, key=lambda t: abs(found.x[at[t]]) / sigmas[t])
-    scale, std = found.x[at[target]], np.sqrt(found.covariance[at[target], at[target]])
-    who = f"board '{target.name}'" if target.name else "the target"
+    off = np.abs(found.x) / np.where(sigma > 0.0, sigma, np.inf)
+    k = int(off.argmax())
+    scale, std = found.x[k], np.sqrt(found.covariance[k, k])
+    board = problem.names[k].removeprefix("target").removesuffix(".scale")  # in brackets, if it has a name
+    who = f"board '{board[1:-1]}'" if board else "the target"
     by = f"{100 * abs(scale):.2f} % {'larger' if scale > 0.0 else 'smaller'} than stated"
     text = f"{who} is {by} (± {100 * std:.2g} %, one standard error)"
-    return text, abs(scale) / sigmas[target], stated.cost - found.cost
+    return text, off[k], stated.cost - found.cost
 
 
-def identifiability(
-    steps: Sequence[Json], noise: Noise, doubts: tuple[str, ...], **more: Any
-) -> Identifiability:
+def identifiability(steps: Sequence[Json], noise: Noise, doubt: str, **more: Any) -> Identifiability:
     """What the steps that were tried decide, the last one taken, and how corners and tool scatter."""
     title = [step["name"] for step in steps if step["taken"]][-1]
-    lack = f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
-    lost = {step["name"]: step["reason"] for step in steps if step["reason"]}
-    taken = title != steps[0]["name"]
-    reasons = doubts[:1] or [f"{step['name']}: {step['reason']}" for step in steps[1:]]
-    advice = [] if doubts or not lost else [TAKE_MORE]
+    lost, doubts = {s["name"]: s["reason"] for s in steps if s["reason"]}, (doubt,) if doubt else ()
+    advice, pixel = [TAKE_MORE] * bool(lost), np.sqrt(2.0) * noise.own
+    reasons = "; ".join([*doubts, *(f"{name}: {reason}" for name, reason in lost.items()), *advice])
     unknown = "it has no constant that these pictures could determine"
-    refused = "" if taken else "; ".join([*reasons, *advice]) or unknown
-    pixel, next_step = np.sqrt(2.0) * noise.own, "".join(advice)
-    decided = {"step": title, "identified": taken, "refused": refused, "measure_next": next_step}
-    decided |= {"steps": steps, "noise": {"pixel_px": pixel, **noise.json()}}
+    refused = (reasons or unknown) if title == ALONE else ""
+    decided = {"step": title, "identified": title != ALONE, "refused": refused}
+    decided |= {"measure_next": "".join(advice), "steps": steps}
+    decided |= {"noise": {"pixel_px": pixel, **noise.json()}}
     notes = [*(f"{name} not taken: {reason}" for name, reason in lost.items()), *advice]
+    lack = f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
     lacking = f"what the model lacks of the tool's pose {lack} about each axis"
     notes.append(f"noise from the pictures: corners {pixel:.2f} px; {lacking}")
-    told = {"title": title, "refused": refused, "advice": next_step, "notes": tuple(notes), "doubts": doubts}
-    return Identifiability(**told, decided=decided, **more)
+    told = {"title": title, "refused": refused, "advice": "".join(advice), "notes": tuple(notes)}
+    return Identifiability(**told, doubts=doubts, decided=decided, **more)
 
 
 def _poses(fit: Fit) -> Json:

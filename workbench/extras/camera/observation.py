@@ -12,7 +12,7 @@ another X or Z where the files say so; the intrinsics where the camera's file sa
 guesses of X and Z are closed forms from each picture's own pose of the board.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, product
 from typing import NamedTuple, final
@@ -25,7 +25,7 @@ from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset, Labels
 from workbench.data.observation import AbstractObservation, Channel, Linearised, OwnErrors, Unknown
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
-from workbench.extras.camera.likelihood import of_residuals
+from workbench.extras.camera.likelihood import NOISE, Likelihood, Pictures
 from workbench.extras.camera.resection import placed
 from workbench.extras.camera.rig import PictureReadings, Rig, owner_in
 from workbench.extras.camera.target import PictureTarget
@@ -99,22 +99,15 @@ class PixelObservation(AbstractObservation):
         """Poses of the cameras, and of the boards."""
         there = np.isfinite(self.measured[..., 0])
         boards = np.stack([there[:, :, part].any((1, 2)) for _, part in self.rig.parts], axis=1)
-        return self._poses_of(self.rig.cameras, there.any(2)), self._poses_of(self.rig.targets, boards)
+        held = tuple(self._poses_of(self.rig.targets, boards))
+        return tuple(self._poses_of(self.rig.cameras, there.any(2))), held
 
-    def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> tuple[Placement, ...]:
+    def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> Iterator[Placement]:
         """Of what no picture shows, or none of a session, there is none."""
-        found: list[Placement] = []
         for k, part in enumerate(parts):
             owners = np.array([owner_in(part, session) for session in self.session.tolist()])
-            shown = dict.fromkeys(owners[seen[:, k]].tolist())
-            found += (Placement(k, name, owners == name) for name in shown)
-        return tuple(found)
-
-    @cached_property
-    def targets(self) -> tuple[PictureTarget, ...]:
-        """Boards that some picture shows."""
-        shown = sorted({placement.number for placement in self.placements[1]})
-        return tuple(self.rig.targets[k] for k in shown)
+            for name in dict.fromkeys(owners[seen[:, k]].tolist()):
+                yield Placement(k, name, owners == name)
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
@@ -132,7 +125,7 @@ class PixelObservation(AbstractObservation):
                 unit, natural = ("px", float(camera.intrinsics[k % 2])) if k < 4 else ("1", 1.0)
                 sigma = std if camera.free is Freedom.AUTO else None
                 found.append((f"{camera.owner}.{part}", Unknown(unit, natural, sigma), value))
-        for target in self.targets:
+        for target in (self.rig.targets[k] for k in sorted({board.number for board in self.placements[1]})):
             for part, (unit, sigma, value, _) in target.shape.items():
                 known = Unknown(unit, sigma=None if np.isinf(sigma) else sigma)
                 found.append((f"{target.owner}.{part}", known, value))
@@ -141,11 +134,6 @@ class PixelObservation(AbstractObservation):
     @property
     def unknowns(self) -> tuple[str, ...]:
         return tuple(name for name, *_ in self._entries)
-
-    @cached_property
-    def _place(self) -> dict[str, int]:
-        """Number of each unknown."""
-        return {name: k for k, name in enumerate(self.unknowns)}
 
     @property
     def known(self) -> Mapping[str, Unknown]:
@@ -176,7 +164,7 @@ class PixelObservation(AbstractObservation):
             cameras[i], boards[j], _ = placed(carried, sight, eye=cameras[i], board=boards[j])
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
-        place, shape = self._place, self.measured.shape
+        place, shape = {name: k for k, name in enumerate(self.unknowns)}, self.measured.shape
         residual, by_twist = np.zeros(shape), np.zeros((*shape, 6))
         by_unknown = np.zeros((*shape, len(place)))
         for eye, plate in product(*self.placements):
@@ -217,11 +205,18 @@ class PixelObservation(AbstractObservation):
         return Linearised(*whole)
 
     def own_errors(self, seen: Linearised) -> OwnErrors:
-        """Root mean square of each picture's corners, and the error of the tool that they suggest."""
-        pictures, sizes = of_residuals(seen.residual, seen.by_twist, self.seen)
-        corners = pictures.count / 2.0
+        """Root mean square of each picture's corners, and the error of the tool that they suggest.
+
+        Where corners show nothing of s_p or s_r, it is not 0 but as large as they leave it on average.
+        """
+        none, fixed = np.zeros(0), np.zeros((*seen.residual.shape, 0))
+        pictures = Pictures.of(seen.residual, seen.by_twist, self.seen, fixed)
+        likelihood = Likelihood(pictures, none, none, np.zeros((0, 0)), none)
+        found, corners = likelihood.likeliest(), pictures.count / 2.0
+        both = zip(found.noise[:2], NOISE[1:], strict=True)
+        sizes = found.sizes[0], *(size if size > 0.0 else likelihood.mean(name) for size, name in both)
         pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
-        return OwnErrors("pixel[px]", pixel, corners, *pictures.tool_errors(sizes))
+        return OwnErrors("pixel[px]", pixel, corners, *pictures.tool_errors(np.array(sizes)))
 
 
 def _times(rows: Float[np.ndarray, "n 2 3"], matrix: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "n 2 3"]:

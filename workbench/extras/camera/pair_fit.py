@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import special
 
 from workbench.base import se3
-from workbench.extras.camera.resection import SURE, placed
+from workbench.extras.camera.resection import SURE, Poses, placed
 
 CHANCE, CLEARLY = 0.01, 3.0
 """Probability of setting a good pair apart in a file without bad ones, of which a third each is of pairs and
@@ -34,9 +34,6 @@ PLACES = 50
 """Pairs from which on not every place of a move is tried."""
 FLIPPED = np.deg2rad(165.0)
 """Errors of pairs that see the target turned by half a turn: a chessboard counted from its other end."""
-FRAMES = ("camera", "target")
-
-Poses = Float[np.ndarray, "rows 4 4"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -95,9 +92,8 @@ class PairFit:
     @property
     def is_scaled(self) -> bool:
         """Whether the target's positions fit far better if multiplied."""
-        if self.spread[12] == 0.0:
-            return False
-        return bool(self._chance(1, ((self.scale - 1.0) / self.spread[12]) ** 2, False) < CHANCE)
+        far = (self.scale - 1.0) / (self.spread[12] or 1.0)  # 0 where it isn't free
+        return bool(self._chance(1, far**2, False) < CHANCE)
 
     @property
     def move(self) -> tuple[str, Float[np.ndarray, "2"], int] | None:
@@ -118,7 +114,8 @@ class PairFit:
         if not fits.any():
             return None
         what, k = np.unravel_index(np.argmax(np.where(fits, saved, 0.0)), fits.shape)
-        return FRAMES[what], np.linalg.norm(step[what, k].reshape(2, 3), axis=1), int(kept[cuts[k]])
+        by = np.linalg.norm(step[what, k].reshape(2, 3), axis=1)
+        return ("camera", "target")[what], by, int(kept[cuts[k]])
 
     def _chance(self, size: int, saved: Any, within: Any) -> Float[np.ndarray, "..."]:
         """How often chance saves as much by so many unknowns, of squares in the fit or beside it."""

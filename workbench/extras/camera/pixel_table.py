@@ -105,7 +105,7 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     picture = {name: k for k, name in enumerate(names)}
     row = np.array([picture[name] for name in plain_names(rows.image)])
     known = (place >= 0) & np.isfinite(rows.uv).all(1)
-    pixels = np.full((len(names), len(rig.cameras), len(rig.points), 2), np.nan)
+    pixels = np.full((len(names), len(rig.cameras), len(rig.names), 2), np.nan)
     where = row[known], camera[known], place[known]
     flat = np.ravel_multi_index(where, pixels.shape[:3])
     if len(twice := np.flatnonzero(np.bincount(flat) > 1)):

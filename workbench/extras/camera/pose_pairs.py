@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, WorkbenchError
@@ -80,8 +79,6 @@ HALVES = {12: (6,), 14: (7,), 24: (3, 4), 32: (16,)}
 MIN_GROUP = 6
 """Columns of a pose."""
 
-Poses = Float[np.ndarray, "rows 4 4"]
-
 
 def read_pairs(*paths: Path) -> tuple[Any, ...]:
     """Robot's and target's poses, the number of each pair, whether names say which way round each side's are,
@@ -114,7 +111,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
     whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in parts], axis=0)
     if not whole.any():
         raise grid.error(f"no row has both poses; {WANTED}")
-    rows, poses = np.flatnonzero(whole), list[Poses]()
+    rows, poses = np.flatnonzero(whole), list[np.ndarray]()
     lost = len(whole) - len(rows)
     notes += [*found.notes, *([f"{plural(lost, 'row')} without both poses left out"] if lost else [])]
     sides = [(own.take(rows), way) for own, way in sides]

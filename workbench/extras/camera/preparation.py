@@ -49,7 +49,6 @@ class PicturePreparation(AbstractPreparation):
     def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
         """Pictures that don't suit their joints; one counts the less the farther it is off, so that a few
         wrong ones don't bend the fit."""
-        _check_number(data)
         if (turn := _largest_turn(robot, data)) < MIN_TURN:
             why = f"the tool turned by only {np.rad2deg(turn):.2g}°, too little to place camera and target"
             raise DataError(f"{data.source}: {why}; {TURN_MORE}", found=turn)
@@ -75,7 +74,6 @@ class PicturePreparation(AbstractPreparation):
 
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
         data = with_parts_in_view(data)
-        _check_number(data)
         if (turn := _largest_turn(robot, data)) > ENOUGH_TURN:
             return data
         why = f"the tool turned by only {np.rad2deg(turn):.0f}°, so other orientations are poorly determined"
@@ -98,8 +96,9 @@ class PicturePreparation(AbstractPreparation):
         return Likelihood.at(problem, x).likeliest().noise
 
 
-def _check_number(data: Dataset) -> None:
-    """Refuse too few pictures, with the reasons why others are not among them."""
+def _largest_turn(robot: Robot, data: Dataset) -> float:
+    """By which the tool turned from the first picture to any other [rad]; too few pictures are refused, with
+    the reasons why others are not among them."""
     is_placed = np.isfinite(PictureReadings.of(data).sight[..., 0, 0]).any((1, 2))
     if (count := int((data.included & is_placed).sum())) < MIN_PICTURES:
         lost = [] if data.reason is None else data.reason[~data.included].tolist()
@@ -107,9 +106,5 @@ def _check_number(data: Dataset) -> None:
         few = f"{count} pictures with four points of the target or more are left"
         more = f"give at least {MIN_PICTURES}{f' ({why})' * bool(why)}"
         raise DataError(f"{data.source}: {few}; {more}", found=count)
-
-
-def _largest_turn(robot: Robot, data: Dataset) -> float:
-    """By which the tool turned from the first picture to any other [rad]."""
     turn = predict(robot, data.take(data.included))[:, :3, :3]
     return float(np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1).max())

@@ -16,6 +16,7 @@ Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -28,7 +29,10 @@ from workbench.base.wording import plural
 from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, as_opencv, opencv, project
 from workbench.extras.camera.rig import PictureReadings, RejectedCorner, Rig, owner_in
-from workbench.extras.camera.target import PictureTarget, is_plane
+from workbench.extras.camera.target import PictureTarget
+
+Pose = Float[np.ndarray, "4 4"]
+Poses = Float[np.ndarray, "rows 4 4"]
 
 FAR_OFF = 50.0
 """Corners farther off than this [px] count alike when a pose is chosen."""
@@ -40,12 +44,11 @@ USELESS = 5.0
 """Median error of a picture [px] beyond which it shows another target, or beyond which none fits."""
 OUTVOTED = 6
 """Corners of a picture from which on one that is wrong is left out: fewer suit a wrong pose without it."""
-WIDE = 0.05
-"""Width of points relative to their length from which on they place a target: a board's only row doesn't."""
+WIDE, FLAT = 0.05, 1e-6
+"""Width of points relative to their length from which on they place a target: a board's only row doesn't; and
+depth up to which they lie in a plane."""
 RAYLEIGH = 1.1774
 """Median length of a normal error in the plane, in standard deviations of a coordinate."""
-NOTHING_USED = "shows no usable corner"
-"""Why a picture is kept out that showed only boards that are left out, or only wrong corners."""
 
 
 def with_corners(
@@ -95,22 +98,21 @@ def placed_alone(
     return np.array([*found], int), poses, np.reshape([off for _, off in found.values()], (-1, len(target)))
 
 
-def _off(
-    pose: Float[np.ndarray, "4 4"], pixels: np.ndarray, camera: Camera, target: PictureTarget
-) -> Float[np.ndarray, " points"]:
-    seen = project(se3.apply(pose, target.points), camera.intrinsics).pixel
-    return np.linalg.norm(seen - pixels, axis=1)
+def _off(pose: Pose, seen: np.ndarray, camera: Camera, target: PictureTarget) -> Float[np.ndarray, " points"]:
+    there = project(se3.apply(pose, target.points), camera.intrinsics).pixel
+    return np.linalg.norm(there - seen, axis=1)
 
 
-def _poses(
-    pixels: np.ndarray, there: np.ndarray, camera: Camera, target: PictureTarget
-) -> Iterator[Float[np.ndarray, "4 4"]]:
+def _poses(pixels: np.ndarray, there: np.ndarray, camera: Camera, target: PictureTarget) -> Iterator[Pose]:
     """Poses of the target in a picture by its plane and by RANSAC, refined on what suits."""
     cv2, lens, points = opencv(), as_opencv(camera.intrinsics), target.points
-    if not is_plane(points[there], WIDE, 1.0):
+    if len(there) < 4:
+        return
+    length, width, depth = np.linalg.svd(points[there] - points[there].mean(0), compute_uv=False)
+    if width <= WIDE * length:
         return
     found, given = list[tuple[np.ndarray, np.ndarray]](), (points[there], pixels[there], *lens)
-    if is_plane(points[there], WIDE):
+    if depth <= FLAT * length:
         _, turns, places, _ = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
         found += zip(turns, places, strict=True)
     with suppress(cv2.error):  # points close together
@@ -177,9 +179,9 @@ def with_parts_in_view(data: Dataset, fewest: int = 2, known: Collection[str] = 
 
 
 def _without_empty(data: Dataset) -> Dataset:
-    """The pictures without a corner kept out, with the reason."""
+    """Pictures that showed only boards that are left out, or only wrong corners, kept out."""
     empty = data.included & ~PictureReadings.of(data).seen.any((1, 2))
-    return data.kept_out({int(i): NOTHING_USED for i in np.flatnonzero(empty)})
+    return data.kept_out({int(i): "shows no usable corner" for i in np.flatnonzero(empty)})
 
 
 SAMPLES, MIN_POSES, SURE = 60, 3, 0.4
@@ -187,9 +189,6 @@ SAMPLES, MIN_POSES, SURE = 60, 3, 0.4
 SUITS, FAR, WEIGHTS = 6.0, 0.05, np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
 """Times what the sure ones are off, and metres, within which pictures suit poses of camera and board; metres
 that a turn counts."""
-
-Pose = Float[np.ndarray, "4 4"]
-Poses = Float[np.ndarray, "rows 4 4"]
 
 
 def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pose, Pose, np.ndarray]:
@@ -215,10 +214,7 @@ def placed(carried: Poses, sight: Poses, *, eye: Pose, board: Pose) -> tuple[Pos
     def off(there: Pose, held: Pose) -> Float[np.ndarray, " rows"]:
         return np.linalg.norm(se3.pose_error(sight, se3.inverse(there) @ carried @ held) * WEIGHTS, axis=1)
 
-    def sure(off: np.ndarray) -> float:
-        return float(np.quantile(off, SURE))
-
-    best = off(*by(every))
+    sure, best = partial(np.quantile, q=SURE), off(*by(every))
     if len(every) > fewest and best.max() > min(SUITS * sure(best), FAR):
         draw = np.random.default_rng(0)
         rows = (draw.choice(every, fewest, replace=False) for _ in range(SAMPLES))

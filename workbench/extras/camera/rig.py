@@ -74,11 +74,6 @@ class Rig:
         return self.targets[0].mounted
 
     @cached_property
-    def points(self) -> Float[np.ndarray, "points 3"]:
-        """Places of all points, each in its own board's frame [m]."""
-        return np.concatenate([target.points for target in self.targets])
-
-    @cached_property
     def names(self) -> Int[np.ndarray, "points 2"]:
         """Id and corner of every point."""
         return np.concatenate([np.stack([t.ids, t.corners], axis=1) for t in self.targets])

@@ -23,14 +23,12 @@ from workbench.base.errors import OptionError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
 from workbench.base.wording import listed
-from workbench.extras.camera.camera import PER_SESSION, Mount
+from workbench.extras.camera.camera import Mount
 
 BOARD_SCALE, POINT_SCALE = 0.002, 0.0005
 """Prior knowledge of the scale of a printed board (relative) and of points that were measured …"""
 BOARD_FLATNESS = 3e-4
 """… and of how far a board's edges bend out of its plane [m]."""
-USUAL_DICTIONARY = "DICT_6X6_250"
-"""Of a ChArUco board where nobody said."""
 MAX_SQUARES = 10_000
 """Of a board; the largest dictionaries have markers for a fifth of them."""
 KNOWLEDGE = ("scale_sigma", "flatness_sigma")
@@ -140,11 +138,6 @@ class PictureTarget:
         return set(self.ids.tolist() if self.charuco is None else self.charuco.markers)
 
     @property
-    def prints(self) -> str:
-        """The dictionary of its markers as `prints_of` has it; "" where nobody said."""
-        return prints_of(self.dictionary)
-
-    @property
     def text(self) -> str:
         if self.charuco is None:
             return f"{len(self)} points of ids {listed(sorted(set(self.ids.tolist())))}"
@@ -177,12 +170,6 @@ def charuco_target(
     known |= {"charuco": board, "dictionary": board.dictionary, "points": frozen(points)}
     known |= {"ids": first + np.arange(len(x)), "corners": np.zeros(len(x), int)}
     return PictureTarget(name=name, mounted=Mount(mounted), **known)
-
-
-def is_plane(points: Float[np.ndarray, "n 3"], wide: float = 1e-3, flat: float = 1e-6) -> bool:
-    """Whether four points or more lie in a plane but not on a line, by extents relative to the largest."""
-    s = np.linalg.svd(points - points.mean(0), compute_uv=False) if len(points) > 3 else np.zeros(3)
-    return bool(s[1] > wide * s[0] and s[2] <= flat * s[0])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,19 +212,21 @@ class _TargetReader(AbstractTableReader):
             text = "[charuco] or [[point]] tables; several boards: a [[board]] with either for each"
             raise self.fail(f"{what} needs either {text}")
         known: dict[str, Any] = {key: getattr(entry, key) for key in KNOWLEDGE if key in table}
-        known |= {"name": entry.name, PER_SESSION: entry.per_session}
+        known |= {"name": entry.name, "per_session": entry.per_session}
         if "charuco" not in table:
             made = self.points(entry, mounted, known)
         else:
             first = max((int(other.ids.max()) + 1 for other in before), default=0)
-            given = {"dictionary": entry.dictionary or USUAL_DICTIONARY, **entry.charuco}
+            given = {"dictionary": entry.dictionary or "DICT_6X6_250", **entry.charuco}
             prints = prints_of(str(given["dictionary"]))
-            free = max((max(b.markers) + 1 for b in before if b.prints == prints), default=0)
+            free = max((max(b.markers) + 1 for b in before if prints_of(b.dictionary) == prints), default=0)
             board = self.record(Charuco, {"first_marker": free, **given}, f"{what} charuco")
             made = charuco_target(board, mounted, first=first, **known)
+        prints = prints_of(made.dictionary)
         for other in before:
-            shared = [f"id {k} corner {c}" for k, c in sorted(set(_pairs(other)) & set(_pairs(made)))]
-            if other.prints == made.prints != "" and (other.charuco or made.charuco):
+            points = (zip(each.ids.tolist(), each.corners.tolist(), strict=True) for each in (other, made))
+            shared = [f"id {k} corner {c}" for k, c in sorted(set.intersection(*map(set, points)))]
+            if prints_of(other.dictionary) == prints != "" and (other.charuco or made.charuco):
                 shared = [f"marker {k}" for k in sorted(other.markers & made.markers)] + shared
             twice = [f"{what} is of '{other.name}' and '{made.name}'" for what in shared]
             if twice := twice + [f"has two boards named '{made.name}'"] * (other.name == made.name):
@@ -285,8 +274,3 @@ def target_toml(target: PictureTarget) -> str:
     board = {**vars(target.charuco), "squares": list(target.charuco.squares)}
     known = {key: getattr(target, key) for key in KNOWLEDGE}
     return tomli_w.dumps({"mounted": str(target.mounted), **known, "charuco": board})
-
-
-def _pairs(target: PictureTarget) -> list[tuple[int, int]]:
-    """Id and corner of every point."""
-    return list(zip(target.ids.tolist(), target.corners.tolist(), strict=True))

@@ -241,9 +241,8 @@ def _fresh(robot: Robot, data: Dataset) -> tuple[Dataset, list[str]]:
     data = data.take(data.included)
     old = np.zeros(len(data), bool) if robot.calibration is None else robot.calibration.used(data.q)
     if old.any() and old.all():
-        raise DataError(
-            f"{data.source}: every row was used for the calibration; measure other poses to verify it"
-        )
+        used = "every row was used for the calibration; measure other poses to verify it"
+        raise DataError(f"{data.source}: {used}")
     data = data.take(~old)
     copies = [again for _, again in repeated_rows(data)]
     warnings = (

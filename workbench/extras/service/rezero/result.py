@@ -125,10 +125,7 @@ class Rezero(AbstractShown):
 
     def blocks(self) -> list[Block]:
         title = "Shifts if zeros alone were off" if self.doubts else "Joint zeros since the calibration"
-        rows = [
-            [*shift.cells[:3], "" if self.doubts and shift.determined else shift.cells[3]]
-            for shift in self.shifts
-        ]
+        rows = [[*s.cells[:3], "" if self.doubts and s.determined else s.cells[3]] for s in self.shifts]
         return headed(
             f"{self.calibrated.name}: {self.sentence}",
             ResultTable(title, ("joint", "moved by", "95 %", ""), rows),
