@@ -68,8 +68,8 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     columns = dict(data.unread)
     if data.session is not None and len(data.sessions) > 1:
         columns["session"] = data.session
-    (problem, x), known = _with_effects_held(fit, data), {*fit.problem.names}
-    if not columns or data.readings is not None or not {*problem.names} <= known:
+    problem, x = _with_effects_held(fit, data)
+    if not columns or data.readings is not None or not {*problem.names} <= {*fit.problem.names}:
         return ""
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(x))
     prior, posture = fit.problem.prior_at(fit.x), repeats(data)
