@@ -43,7 +43,7 @@ BUDGETS = {
     "data": 5_175,
     "plate": 4_700,
     "identification": 8_871,
-    "diagnosis": 6_586,
+    "diagnosis": 6_584,
     "exports": 588,
     "session": 6_155,
     "views": 6_809,

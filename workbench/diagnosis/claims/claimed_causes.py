@@ -201,8 +201,8 @@ class _Judge:
 def odds_over_time(searched: Searched) -> dict[Candidate, float]:
     """Odds of every event, drift and growth in the model against what follows the time without a law.
 
-    An event has none if it explains too little, isn't clearly more than nothing, or may be an effect of
-    posture. Others that lose say nothing about later.
+    An event has none if it explains too little or may be an effect of posture. Others that lose say nothing
+    about later.
     """
     grams, model = searched.grams, searched.model
     drivers = Driver.TIME, Driver.TEMPERATURE
@@ -210,14 +210,12 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
     if not terms:
         return {}
     after, out = validated(grams, model).sum(), {}
-    evidence, fit = DriverEvidence.of(searched, searched.stage.data, drivers), searched.stage.fit
-    sized, std = {e.names: e for e in fit.arm.effects}, fit.problem.named(fit.std)
+    evidence = DriverEvidence.of(searched, searched.stage.data, drivers)
     for term, challenge in zip(terms, evidence.challenges([(t,) for t in terms]), strict=True):
         effect, odds = term.candidate.effect, challenge.cap
         if effect.is_event:
             is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + MIN_EVENT_SHARE) * after
-            is_clear = max(clearness([sized[term.candidate.names]], std).values()) >= NONZERO_ERRORS
-            is_sure = is_material and is_clear and effect.doubt(searched.stage.motion) is None
+            is_sure = is_material and effect.doubt(searched.stage.motion) is None
             by_temperature = {f.driver for f in challenge.rivals} == {Driver.TEMPERATURE}  # which tells when
             if challenge.lead + by_temperature * np.log(term.candidate.tries) > 0.0:  # kept, if not claimed
                 odds = max(odds, PROBABLE)
