@@ -68,9 +68,9 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     columns = dict(data.unread)
     if data.session is not None and len(data.sessions) > 1:
         columns["session"] = data.session
-    problem, x = _with_effects_held(fit, data)
-    if not columns or data.readings is not None or not {*problem.names} <= {*fit.problem.names}:
+    if not columns or data.readings is not None or (held := _with_effects_held(fit, data)) is None:
         return ""
+    problem, x = held
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(x))
     prior, posture = fit.problem.prior_at(fit.x), repeats(data)
     prior = prior._replace(jacobian=prior.jacobian[:, np.isin(fit.problem.names, problem.names)])
@@ -109,10 +109,10 @@ def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) 
 
     Where a value tells nothing of the errors, its rows' ranks in a robust fit to all are anyone's.
     """
-    (problem, x), (worst, found) = _with_effects_held(fit, data), (WORSE, "")
     columns = columns if data.contact is None else {**columns, "contact": data.contact}
-    if not columns or data.readings is not None or not {*problem.names} <= {*fit.problem.names}:
+    if not columns or data.readings is not None or (held := _with_effects_held(fit, data)) is None:
         return ""
+    (problem, x), (worst, found) = held, (WORSE, "")
     sizes = robust_fit(problem.with_deviation(MAX_DEVIATION), x)[1]
     off, posture = (sizes / np.maximum(np.median(sizes, axis=0), 1e-9)).max(1), repeats(data)
     pairs = [(name, value) for name, cells in columns.items() for value in dict.fromkeys(cells.tolist())]
@@ -134,14 +134,13 @@ def worse_by_column(fit: Fit, data: Dataset, columns: Mapping[str, np.ndarray]) 
     return found
 
 
-def _with_effects_held(fit: Fit, data: Dataset) -> tuple[Problem, Float[np.ndarray, " p"]]:
+def _with_effects_held(fit: Fit, data: Dataset) -> tuple[Problem, Float[np.ndarray, " p"]] | None:
     """The problem of rows with all effects as they were found, of which there may be hundreds, and its
-    solution."""
-    if not fit.arm.effects:
-        return fit.problem.again(data=data), fit.x
+    solution; None if rows have unknowns that the fit doesn't know."""
     held = fit.problem.robot.with_effects(*fit.arm.effects)
     problem = fit.problem.again(robot=held, data=data, effects=())
-    return problem, problem.at(fit.problem.named(fit.x))
+    is_known = {*problem.names} <= {*fit.problem.names}
+    return (problem, problem.at(fit.problem.named(fit.x))) if is_known else None
 
 
 def _predicted(
