@@ -60,7 +60,7 @@ BUDGETS = {
     "extras/production": 447,
     "extras/reproduce": 88,
     "extras/review": 266,
-    "extras/service": 1_144,
+    "extras/service": 1_143,
     "extras/trajectories": 891,
     "extras/workshop": 846,
     "tests": 38_475,

@@ -79,6 +79,8 @@ def test_poses_of_the_calibration_are_left_out(arm):
     assert len(found.pose) == 70
     jaw = replace(fresh, q=np.insert(fresh.q, fresh.joints, np.linspace(0.0, 0.4, 70), axis=1))
     assert wb.verify(calibrated, jaw).position == found.position
+    exchanged = replace(fresh.joined(rows), q=fresh.joined(rows).q[:, [0, 1, 2, 4, 3, 5]])
+    assert wb.verify(calibrated, exchanged, reading="found").position == found.position
     assert mentions(found.warnings[0], "30 rows")
     with pytest.raises(DataError, match="used"):
         wb.verify(calibrated, rows)
@@ -91,9 +93,8 @@ def test_rows_tell_units_that_a_file_lacks(arm, tmp_path):
     numbers = np.column_stack([np.rad2deg(fresh.q), 1e3 * fresh.position])
     np.savetxt(tmp_path / "r.csv", numbers, delimiter=",", header="q1,q2,q3,q4,q5,q6,x,y,z", comments="")
     bare, told = wb.read_measurements(tmp_path / "r.csv"), wb.Dataset(fresh.q, fresh.position)
-    (seen, known), (moved, same) = (
-        [do(calibrated, d) for d in (bare, told)] for do in (wb.verify, wb.rezero)
-    )
+    found = ([do(calibrated, d) for d in (bare, told)] for do in (wb.verify, wb.rezero))
+    (seen, known), (moved, same) = found
     assert seen.evaluation.errors.position == pytest.approx(known.evaluation.errors.position, abs=1e-7)
     assert [s.shift for s in moved.shifts] == pytest.approx([s.shift for s in same.shifts], abs=1e-6)
 
@@ -104,7 +105,7 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
     twice = fresh.take(np.r_[np.arange(len(fresh)), [3, 7]])
     found = wb.verify(calibrated, twice)
     assert (len(found.pose), found.repeated) == (len(fresh), ())
-    assert any("2 duplicate rows" in text for text in found.warnings)
+    assert any("2 duplicate rows" in text for text in found.evaluation.notes)
     exclude = np.arange(len(twice)) == 3
     found = wb.verify(calibrated, replace(twice, exclude=exclude, row=np.arange(len(twice))))
     assert found.evaluation.data.row.tolist() == [*range(3), *range(4, 71)]
