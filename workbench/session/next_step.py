@@ -32,7 +32,7 @@ from workbench.session.export import Make, calibrated_toml, calibrated_urdf, fix
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
-from workbench.session.stages import before_and_after, counted, file_errors, share_of_noise, stages, suspects
+from workbench.session.stages import before_and_after, share_of_noise, stages, suspects
 from workbench.session.state import Session
 
 BEYOND_NOISE = 1.5
@@ -188,7 +188,8 @@ def _added(session: Session) -> NextStep | None:
         ask = "" if found.remaining.known_noise else "; state the instrument's noise to know if it is more"
         left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
     sentence = f"{before_and_after(session)}. {left}."
-    left_by = {name: errors.position_mm.mean for name, errors in file_errors(session).items()}
+    run = session.results.run
+    left_by = {name: e.position_mm.mean for name, e in ({} if run is None else run.file_errors).items()}
     if not left_by.get("URDF", 0.0) > left_by.get("TOML", 0.0):
         return NextStep(sentence, tone, TAKE, COMPARE)
     urdf, toml = (f"Save as {name} ({compared(left_by[name])} mm)" for name in ("URDF", "TOML"))
@@ -201,14 +202,17 @@ def _diagnosed(session: Session) -> NextStep | None:
     found, known = session.results.diagnosis, stages(session)
     if found is None:
         return None
-    before, after = (counted(session, found, errors) for errors in (found.before, found.after))
-    left = (known[-1].errors if known else before).text("mean")
+    before = known[-1].errors if known else found.before.judged
+    left = before.text("mean")
     poses = POSES if len(found.measure_next) else MORE
     if found.harm is not None:
         return NextStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
-        tone, other = Tone.GOOD if found.is_named else Tone.CAREFUL, TAKE if known else poses
-        return NextStep(_promise(found, before, after), tone, ADD if found.causes else CORRECT, other)
+        tone, promise = (
+            Tone.GOOD if found.is_named else Tone.CAREFUL,
+            _promise(found, before, found.after.judged),
+        )
+        return NextStep(promise, tone, ADD if found.causes else CORRECT, TAKE if known else poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     rest = "all of it noise" if found.remaining.known_noise else "and nothing found in it"

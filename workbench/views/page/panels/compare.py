@@ -9,7 +9,7 @@ from workbench.report.numbers import compared
 from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowRow
 from workbench.session.page_state import Tab
-from workbench.session.stages import counted, stages, without_suspects
+from workbench.session.stages import stages, without_suspects
 from workbench.session.state import Session
 from workbench.views.page.html import block, heading
 from workbench.views.page.panels.panel import AbstractPanel
@@ -46,8 +46,7 @@ def _errors(session: Session) -> str:
     if found is None:
         return ""
     models = [(stage.words, stage.errors) for stage in stages(session)]
-    others = {ALGORITHMS[name].title: run for name, run in found.runs.items() if name != shown}
-    models += [(title, counted(session, found, run)) for title, run in others.items()]
+    models += [(ALGORITHMS[n].title, run.judged) for n, run in found.runs.items() if n != shown]
     kind = "held-out" if len(found.held_out_data) else "fitted"
     title = f"Errors of {len(models[0][1])} {kind} poses{without_suspects(session)}"
     cells = [(words, *(compared(v) for v in (e.main.mean, e.main.max))) for words, e in models]
