@@ -3,11 +3,12 @@
 import logging
 import threading
 from collections.abc import Hashable
+from dataclasses import replace
 
 import pytest
 from refusals import mentions
 
-from workbench.base.progress import check_cancelled, progress, suspected
+from workbench.base.progress import cancelled, check_cancelled, progress, suspected
 from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.journal import Ending
@@ -163,3 +164,25 @@ def test_cancel_leaves_the_session_as_it_was(worker, first):
     assert worker.session.page.job is None
     assert worker.session.plate is first.plate
     assert worker.journal[-1].ending is Ending.CANCELLED
+
+
+class Cut(Slow):
+    """Ends with what it has once it is cancelled."""
+
+    def compute(self, session):
+        while not cancelled():
+            self.go.wait(0.01)
+        return session.selected
+
+    def stopped(self, result):
+        return replace(self, title="Cut short")
+
+
+def test_work_may_keep_what_it_had_when_it_was_cancelled(worker):
+    worker.submit(Cut(threading.Event()))
+    while worker.session.page.job is None:
+        threading.Event().wait(0.005)
+    worker.cancel()
+    assert worker.wait(60.0)
+    last, told = worker.journal[-1], [m.text for m in worker.session.page.messages]
+    assert (last.command.title, last.ending, told) == ("Cut short", Ending.DONE, ["selected 0 then, 0 now"])

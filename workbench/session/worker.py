@@ -293,7 +293,9 @@ class Worker:
         """
         is_chore = isinstance(task, AbstractChore)
         if not is_chore and failure is None:
-            failure = Cancelled() if self._cancel.is_set() else None
+            if self._cancel.is_set():
+                kept = task.stopped(result)
+                task, failure = (task, Cancelled()) if kept is None else (kept, None)
             if failure is None and self._session.drag is not None:
                 self._waiting = partial(self._end, task, basis, seconds, result, failure)
                 return

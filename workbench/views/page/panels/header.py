@@ -63,7 +63,10 @@ class Strip(AbstractPanel):
         label = lambda s: "Done" if s.page.is_over else "Stop the demo"  # noqa: E731
         is_there = lambda s: s.page.caption  # noqa: E731
         self.button("Stop the demo", end, viser.Icon.PLAYER_STOP, hint, visible=is_there, label=label)
-        cancel, hint = self._worker.cancel, "Stop the computation; nothing changes."
+        cancel, hint = (
+            self._worker.cancel,
+            "Stop the computation; of a search for a plate, the best so far is kept.",
+        )
         works = lambda s: s.page.job is not None and not s.page.caption  # noqa: E731
         self.button("Cancel", cancel, viser.Icon.PLAYER_STOP, hint, visible=works)
         bar = gui.add_progress_bar(0.0, animated=True)

@@ -23,7 +23,7 @@ class ImprovePanel(AbstractPanel):
             lambda: ImprovePlate(seed=len(self._worker.session.history.past)),
             viser.Icon.SPARKLES,
             "Optimise all unlocked targets, and the plate's place while it is not good enough, for the "
-            "lowest predicted error in the region. Cancel stops it, Undo restores the old plate.",
+            "lowest predicted error in the region. Cancel keeps the best so far, Undo the old one.",
             disabled=lambda s: s.page.job is not None,
         )
 
