@@ -277,7 +277,7 @@ def _exclude_suspects(session: Session) -> Action | None:
     after = _stale(session.updated("measurements", left_out=out | wrong)) if wrong else None
     if loaded is None or found is None or after is None or not (after.next and found.is_one_file):
         return None
-    named = f"row {loaded.row_name(min(wrong))}" if len(wrong) == 1 else f"{len(wrong)} rows"
+    named = f"row {session.measurements.row_name(min(wrong))}" if len(wrong) == 1 else f"{len(wrong)} rows"
     label = f"Exclude {named}, {after.next.label.lower()}"
     return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out | wrong))), after.next.command)
 

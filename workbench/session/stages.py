@@ -49,10 +49,10 @@ def sure_errors(session: Session, found: Identification) -> Errors:
 
 def without_suspects(session: Session) -> str:
     """Behind a mean: ` (0.086 without row 15, which no arm explains)`; empty where there is no such row."""
-    loaded, rows, found = session.measurements.loaded, suspects(session), session.results.identification
+    rows, found = suspects(session), session.results.identification
     if not rows or found is None:
         return ""
-    named = first_of(map(str if loaded is None else loaded.row_name, rows), MAX_NAMED)
+    named = first_of(map(session.measurements.row_name, rows), MAX_NAMED)
     left = compared(sure_errors(session, found).position_mm.mean)
     return f" ({left} without row{'s' * (len(rows) > 1)} {named}, which no arm explains)"
 

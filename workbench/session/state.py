@@ -168,6 +168,10 @@ class Measurements:
     levelled: bool = False
     left_out: frozenset[int] = frozenset()
 
+    def row_name(self, row: int) -> str:
+        """How people call a row, as its file does."""
+        return f"{row}" if self.loaded is None else self.loaded.row_name(row)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Results:

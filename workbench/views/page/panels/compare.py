@@ -26,9 +26,10 @@ class ComparePanel(AbstractPanel):
         row = self.slider(
             "Data row",
             (0, 1, 1),
-            "Step through the measured rows, counted from 0 as in the file; the arms follow.",
+            "Step through the measured rows, by the file's own numbers or from 0; the arms follow.",
             lambda s: int(numbers(s)[s.results.row]),
             visible=_has_rows,
+            label=_heading,
             max=lambda s: max(int(numbers(s).max()), 1),
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
@@ -56,9 +57,17 @@ def _errors(session: Session) -> str:
 
 
 def numbers(session: Session) -> np.ndarray:
-    """Numbers of the shown rows in the data."""
-    comparison = session.results.comparison
-    return np.zeros(1, int) if comparison is None else comparison.number
+    """Numbers of the shown rows in the data, the file's own if it has some."""
+    rows, loaded = session.results.comparison, session.measurements.loaded
+    if rows is None or loaded is None:
+        return np.zeros(1, int)
+    return np.array([loaded.own_number(row) for row in rows.number.tolist()])
+
+
+def _heading(session: Session) -> str:
+    """What the file calls these numbers."""
+    loaded = session.measurements.loaded
+    return "Data row" if loaded is None or loaded.counter is None else loaded.counter.heading
 
 
 def _has_rows(session: Session) -> bool:

@@ -129,10 +129,9 @@ def _requirement(session: Session) -> str:
 
 def _warnings(found: Identification, session: Session) -> str:
     """Rows that are not fitted, and the first warnings, which name wrong ones; folded, what more there is."""
-    said, loaded = {outlier.row for outlier in found.outliers}, session.measurements.loaded
+    said, name = {outlier.row for outlier in found.outliers}, session.measurements.row_name
     out = [f"{row} ({why})" for row, why in found.excluded if row not in said]
     first = [f"not fitted: data row{'s' * (len(out) > 1)} {first_of(out, MAX_OUT)}"] if out else []
-    name = str if loaded is None else loaded.row_name
     kept = [c.text for c in found.best.fit.weakly_observable]  # among the details: nothing is to be done
     told = (one for one in (*first, *found.warnings) if not any(text in one for text in kept))
     named = (ROWS.sub(lambda row: name(int(row[0])), one) for one in told)

@@ -195,9 +195,9 @@ def marks(rows: Comparison, left_out: frozenset[int]) -> str:
 
 def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, str]) -> str:
     """Errors of the shown row."""
-    row, loaded = session.results.row, session.measurements.loaded
+    row = session.results.row
     number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
-    name = f"{number}" if loaded is None else loaded.row_name(number)
+    name = session.measurements.row_name(number)
     kind = "excluded" if rows.kept_out[row] or number in session.measurements.left_out else kind
     each = ((words[stage], 1e3 * float(rows.errors[row, STAGES.index(stage)])) for stage in rows.stages)
     known = [f"{compared(error)} mm {name}" for name, error in each if np.isfinite(error)]
