@@ -23,8 +23,8 @@ from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevel
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
-from workbench.session.mapping import understood_as, with_column
 from workbench.session.state import Focus
+from workbench.views.page.panels.columns import understood_as, with_column
 from workbench.views.page.panels.compare import numbers
 from workbench.views.page.panels.fit import _warnings
 

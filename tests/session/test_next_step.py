@@ -181,7 +181,7 @@ STATES = [
     ("first", lambda s: s.updated("page", caption="A story."), "A story.", PLAIN, None, None),
     ("first", lambda s: s.updated("page", job=RunningJob("Diagnose")), "Diagnose …", PLAIN, None, None),
     ("first", lambda s: s.with_part(Following()).updated("playback", focus=JOG), "real", PLAIN, LOAD, None),
-    ("loaded", unchanged, "rows", PLAIN, to.FIT, LOAD),
+    ("loaded", unchanged, "rows", PLAIN, to.FIT, to.OTHER_ROWS),
     ("identified", lambda s: with_noise(s, 7.0), "7 × the instrument", CAREFUL, to.CAUSE, TAKE),
     ("identified", lambda s: unasked(with_noise(s, 1.2)), "noise", GOOD, TAKE, COMPARE),
     ("identified", lambda s: with_noise(s, None), "?", PLAIN, to.CAUSE, TAKE),

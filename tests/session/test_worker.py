@@ -166,20 +166,11 @@ def test_cancel_leaves_the_session_as_it_was(worker, first):
     assert worker.journal[-1].ending is Ending.CANCELLED
 
 
-class Cut(Slow):
-    """Ends with what it has once it is cancelled."""
-
-    def compute(self, session):
-        while not cancelled():
-            self.go.wait(0.01)
-        return session.selected
-
-    def stopped(self, result):
-        return replace(self, title="Cut short")
-
-
-def test_work_may_keep_what_it_had_when_it_was_cancelled(worker):
-    worker.submit(Cut(threading.Event()))
+def test_work_may_keep_what_it_had_when_it_was_cancelled(worker, monkeypatch):
+    go = threading.Event()
+    monkeypatch.setitem(globals(), "check_cancelled", lambda: cancelled() and go.set())
+    monkeypatch.setattr(Slow, "stopped", lambda self, result: replace(self, title="Cut short"))
+    worker.submit(Slow(go))
     while worker.session.page.job is None:
         threading.Event().wait(0.005)
     worker.cancel()

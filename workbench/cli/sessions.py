@@ -61,7 +61,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
 
     def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
-        from workbench.session.journal.restore import restore
+        from workbench.session.journal.replay import restore
 
         recording = recorded()
         with opt.progress_bar("replaying to the last state") as shown:

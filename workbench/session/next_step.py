@@ -63,6 +63,7 @@ class NextStep:
 
 
 LOAD = Action("Measure", Tab.MEASURE)
+OTHER_ROWS = replace(LOAD, label="Other measurements")
 COLUMNS = Action("Columns of the file", Tab.MEASURE)
 MORE = Action("Measure more", Tab.MEASURE)
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
@@ -160,7 +161,9 @@ def _loaded(session: Session) -> NextStep | None:
         return None
     if loaded.match is not None and loaded.is_foreign:
         return _foreign(loaded.match, loaded.file)
-    return NextStep(f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=LOAD)
+    return NextStep(
+        f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=OTHER_ROWS
+    )
 
 
 def _stale(session: Session) -> NextStep | None:
@@ -237,7 +240,7 @@ def _identified(session: Session) -> NextStep | None:
     assert found is not None
     errors, times, known = before_and_after(session), share_of_noise(session, found), found.identifiability
     if doubts := found.doubts(found.runs[session.results.fit]):
-        return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
+        return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, OTHER_ROWS)
     if known.refused:
         text = f"No parameter was identified: {known.advice or known.refused}."
         return NextStep(text, Tone.CAREFUL, MORE, COMPARE)

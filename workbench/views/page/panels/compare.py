@@ -23,17 +23,18 @@ class ComparePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(_errors)
+        has_rows = lambda s: s.results.comparison is not None  # noqa: E731
         row = self.slider(
             "Data row",
             (0, 1, 1),
             "Step through the measured rows, by the file's own numbers or from 0; the arms follow.",
             lambda s: int(numbers(s)[s.results.row]),
-            visible=_has_rows,
+            visible=has_rows,
             label=_heading,
             max=lambda s: max(int(numbers(s).max()), 1),
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
-        with self.folder("Shown in the scene", visible=_has_rows):
+        with self.folder("Shown in the scene", visible=has_rows):
             hint = "Show the measured tool positions, coloured by their error once there is a fit."
             points = self.checkbox("Measured points", hint, lambda s: s.choices.overlay.points)
             hint = "From predicted to measured positions: grey nominal, orange the model now."
@@ -68,7 +69,3 @@ def _heading(session: Session) -> str:
     """What the file calls these numbers."""
     loaded = session.measurements.loaded
     return "Data row" if loaded is None or loaded.counter is None else loaded.counter.heading
-
-
-def _has_rows(session: Session) -> bool:
-    return session.results.comparison is not None

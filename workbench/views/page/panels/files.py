@@ -58,7 +58,7 @@ def _range(errors: Errors) -> str:
     known = 1e3 * errors.position[np.isfinite(errors.position)]
     if len(known) < 2:
         return ""
-    return f"± {compared(2.0 * known.std(ddof=1) / np.sqrt(len(known)), 2)} mm at other rows; "
+    return f"± {compared(2.0 * known.std(ddof=1) / np.sqrt(len(known)), 2)} mm with other rows held out; "
 
 
 def _verdict(errors: Errors, wanted: Wanted | None) -> str:

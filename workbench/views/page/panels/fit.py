@@ -62,19 +62,16 @@ class FitPanel(AbstractPanel):
         steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add effects": AddEffects}
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=lambda s: s.measurements.loaded)
         with gui.add_folder("Options", expand_by_default=False):
-            self._build_options(gui)
+            build_wanted(self)
+            self.form(SetLevelled, self.checkbox("Levelled", LEVELLED, lambda s: s.measurements.levelled))
+            hint = "Share of the rows held out for checking."
+            self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
+            self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
+            self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
+            self._chosen = dict[str, Control]()
         self.html(result_card)
         self.html(_requirement)
         self.html(_of_fit(_warnings))
-
-    def _build_options(self, gui: viser.GuiApi) -> None:
-        build_wanted(self)
-        self.form(SetLevelled, self.checkbox("Levelled", LEVELLED, lambda s: s.measurements.levelled))
-        hint = "Share of the rows held out for checking."
-        self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
-        self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
-        self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
-        self._chosen = dict[str, Control]()
 
     def show(self, session: Session) -> None:
         with self._algorithms:  # one may have been registered since

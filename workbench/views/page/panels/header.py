@@ -14,10 +14,11 @@ from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.page_state import PASSING, Message, RunningJob, Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.measured import error_scale
 from workbench.views.drawables.viewpoint import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
-from workbench.views.page.panels.legend import has_errors, things
+from workbench.views.page.panels.legend import colour_bar, has_errors, things
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import CAPTION, MESSAGE
 
@@ -198,7 +199,7 @@ class CaptionPanel(AbstractPanel):
     whose legend is at the end of all, also what colours mean."""
 
     keeps_typed = True
-    depends = (next_step, "page.caption", things, "choices.overlay")
+    depends = (next_step, "page.caption", things, "choices.overlay", "results.comparison")
 
     def __init__(self, worker: Worker, leave: Callable[[], None]):
         super().__init__(worker)
@@ -212,8 +213,11 @@ class CaptionPanel(AbstractPanel):
             figure = text(next_step(session).figure)
             number = figure and f'<div data-testid="figure-now" class="figure">{figure}</div>'
             content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
-            times = f"errors × {session.choices.overlay.exaggeration:g}" * has_errors(session)
-            key = f'<div class="phone">{things(session)}{times}</div>'
+            overlay, rows = session.choices.overlay, session.results.comparison
+            times = f"errors × {overlay.exaggeration:g}" * has_errors(session)
+            is_coloured = rows is not None and rows.stages and overlay.points
+            scale = colour_bar(error_scale(rows)) if is_coloured else ""
+            key = f'<div class="phone">{things(session)}{times}{scale}</div>'
             said = f"{number}{content}{key}{way_out}" if session.page.caption else key
             return f"<div {CAPTION}>{said}</div>"
 

@@ -32,10 +32,10 @@ from workbench.views.appearance.colours import (
 from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
 from workbench.views.drawables.viewpoint import first_view
-from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.scene.scene import aim
 from workbench.views.page.style import ONLY_TRACK
 
 DECADES = int(np.log10(MAX_TIMES))
