@@ -77,7 +77,7 @@ class Worker:
         self._kept = len(self._journal)
         before = self._journal[-1].at if self._journal else 0.0
         self._origin = time.monotonic() - before
-        self._queue: deque[AbstractCommand | Callable[[], None]] = deque(opening)
+        self._queue: deque[AbstractCommand | Callable[[], object]] = deque(opening)
         self._changed = threading.Condition()
         self._cancel = threading.Event()
         self._task: AbstractTask | None = None
@@ -264,7 +264,7 @@ class Worker:
             failure = error
         self._put(partial(self._end, task, basis, time.monotonic() - begin, result, failure))
 
-    def _put(self, work: Callable[[], None]) -> None:
+    def _put(self, work: Callable[[], object]) -> None:
         """Have the worker's thread do this, after what was asked for before."""
         with self._changed:
             self._queue.append(work)

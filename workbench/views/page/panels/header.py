@@ -31,7 +31,6 @@ TINTS = {
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 AWAY = 'style="float:right;margin-left:8px;color:inherit;text-decoration:none"'
-STEP = 'style="color:inherit"'
 CREEP = 0.08
 """How far a bar goes beyond what was reported, at most: a round of a search reports a tenth at once."""
 PLAYING = "This is the demo; the first thing that you change ends it."
@@ -148,7 +147,7 @@ def _steps(session: Session, links: Sequence[tuple[str, str]]) -> Iterator[str]:
     for (what, address), steps in zip(links, (session.history.done, session.history.undone), strict=True):
         if address and steps and is_free:
             name = f"{what}: {steps[-1].by[:1].lower()}{steps[-1].by[1:]}"
-            yield f'<a role="button" href="{text(address)}" {STEP}>{text(name)}</a>'
+            yield f'<a role="button" href="{text(address)}" style="color:inherit">{text(name)}</a>'
 
 
 def _verdict(session: Session, links: Sequence[tuple[str, str]]) -> str:
