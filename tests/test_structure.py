@@ -38,15 +38,15 @@ LONGEST = 600
 BUDGETS = {
     "root": 251,
     "base": 2_109,
-    "report": 800,
+    "report": 798,
     "arm": 8_720,
     "data": 5_175,
     "plate": 4_700,
     "identification": 8_870,
     "diagnosis": 6_584,
     "exports": 588,
-    "session": 6_155,
-    "views": 6_809,
+    "session": 6_095,
+    "views": 6_743,
     "cli": 1_352,
     "extras": 1,
     "extras/camera": 3_470,
@@ -63,7 +63,7 @@ BUDGETS = {
     "extras/service": 1_143,
     "extras/trajectories": 891,
     "extras/workshop": 846,
-    "tests": 38_475,
+    "tests": 38_470,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_598

@@ -28,10 +28,6 @@ def calibrated(name: str, seed: int = 0) -> tuple[Robot, Robot]:
     return nominal, arm.with_frames(base=Frame(), tool=tool)
 
 
-def flanges(robot: Robot, q: np.ndarray) -> np.ndarray:
-    return tool_poses(robot.with_frames(base=Frame(), tool=Frame()), Motion(q))
-
-
 @pytest.mark.parametrize("name", built_in_robots())
 def test_spreadsheets_hold_the_arm(name, tmp_path):
     _, arm = calibrated(name)
@@ -40,7 +36,8 @@ def test_spreadsheets_hold_the_arm(name, tmp_path):
     assert "agrees" in done.verdict
     text = done.path.read_text()
     pose, q = readers.spreadsheet(text), any_joints(arm, 20, seed=1)
-    for row, wanted in zip(q, flanges(arm, q), strict=True):
+    flanges = tool_poses(arm.with_frames(base=Frame(), tool=Frame()), Motion(q))
+    for row, wanted in zip(q, flanges, strict=True):
         np.testing.assert_allclose(pose(row), wanted, atol=EXACT)
 
 

@@ -17,7 +17,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_urdf
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
