@@ -52,6 +52,10 @@ _PLACE = re.compile(r"t|translation|position", re.I)
 _JOINTS = re.compile("q|angles|(\\w+_)?joints?(?:_(?:pose|positions|angles|states|values))?")
 _PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]_?vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
+_OPENCV = r"(\w+)(?:: *!!| type_id=\")opencv-matrix"
+"""Names of matrices of OpenCV, under which others stand."""
+_BRACKETED = re.compile(r"\W*\w?[\[({]([^\[\](){}]*)[\])}][^\[\](){}]*")
+"""A line such as `p[0.1, …]  12:30:01`."""
 _MATRICES = {(4, 4): "t", (3, 4): "t", (3, 3): "r"}
 
 
@@ -92,12 +96,18 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
     if data.startswith(b"PK"):
         return {}
     text = decode(data, path)[0]
+    matrices = {_NUMBER.split(name)[0] for name in re.findall(_OPENCV, text)}
     if text.lstrip().startswith("<"):
         text = _CLOSED.sub("]", _OPENED.sub(r"\n\1: [", text))
     if _YAML.search(text):
         found = arrays_of_json(data)
-        return found if any(isinstance(v, list) for v in found.values()) else _samples(text, owner)
-    bare = re.sub(r"[\[\](){}]", " ", text)
+        return (
+            found
+            if any(isinstance(v, list) for v in found.values())
+            else _samples(text, lambda name: name in matrices or owner(name))
+        )
+    inside = [_BRACKETED.fullmatch(line) for line in text.splitlines() if line.strip()]
+    bare = "\n".join(m[1] for m in inside if m) if all(inside) else re.sub(r"[\[\](){}]", " ", text)
     head, *body = read_text(bare.encode(), path).rows
     is_count = len(head) == 1 < len(body) and len(body[0]) > 1  # of blocks
     with suppress(ValueError):
@@ -160,11 +170,8 @@ def by_name(found: Any) -> dict[str, Any]:
     """Rows of each name, of an object of arrays, of a list of objects, one a row, or of stacks of poses."""
     lists = [v for v in (found.values() if isinstance(found, dict) else [found]) if isinstance(v, list) and v]
     lists = [rows for rows in lists if all(isinstance(row, dict) for row in rows)]
-    if len(lists) == 1:
-        rows = [_leaves("", row) for row in lists[0]]
-        return {name: [row.get(name) for row in rows] for name in rows[0]}
-    if isinstance(found, dict):
-        return found
+    if len(lists) == 1 or isinstance(found, dict):
+        return _leaves("", lists[0] if len(lists) == 1 else found)
     array = block([] if found is None else found)
     if array.ndim == 4 and 2 in array.shape[:2]:
         return dict(zip("AB", array if len(array) == 2 else np.moveaxis(array, 1, 0), strict=True))
@@ -172,7 +179,12 @@ def by_name(found: Any) -> dict[str, Any]:
 
 
 def _leaves(name: str, value: Any) -> dict[str, Any]:
-    """Values of an object by their paths: `pose_position_x`."""
+    """Values of an object by their paths, `pose_position_x`, and of a list of objects in rows."""
+    if isinstance(value, dict) and value and all(map(str.isdigit, value)):  # rows by their numbers
+        value = [value[key] for key in sorted(value, key=int)]
+    if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
+        rows = [_leaves(name, row) for row in value]
+        return {path: [row.get(path) for row in rows] for path in rows[0]}
     if not isinstance(value, dict):
         return {name: value}
     inside = (_leaves(f"{name}_{key}".lstrip("_"), inner) for key, inner in value.items())
