@@ -41,19 +41,20 @@ _OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
 _YAML = re.compile(r"\A\{|^\W*[A-Za-z_]\w*[\"']?\s*[:=]|^[rt] +[-+\d]", re.M)  # or of Halcon
 _KEY = r"((?<!%)\b[A-Za-z_]\w*(?=[\"']?\s*[:=])|^[rt](?= +[-+\d]))"
 _COUNT = r"((?<![\w.])\d+)(?=[\"']?\s*:)"
-_TOKEN = re.compile(rf"{_KEY}|{_COUNT}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])", re.M)
-"""Keys, numbers of rows in their place, and numbers."""
+_TOKEN = re.compile(
+    rf"{_KEY}|{_COUNT}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])|([\[{{])|([\]}}])", re.M
+)
+"""Keys, numbers of rows in their place, numbers, and brackets."""
 _NUMBER = re.compile(r"(?:^|_)(\d+)$")
 _NAMED = r"\b([A-Za-z_]\w*)[ \t]*[:= ][ \t]*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)[ \t]*(deg|rad|mm|m|°)?(?![\w.])"
 """A number behind its name and before its unit."""
 _COMMENT = re.compile(r"^[ \t]*(?:#|%|//|;|!).*", re.M)
 TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
-_PLACE = re.compile(r"t|translation|position", re.I)
+_TELLS = re.compile(rf"{TURN.pattern}|t|translation|position|.*joint.*", re.I)
+"""Keys around others that say what these are."""
 _JOINTS = re.compile("q|angles|(\\w+_)?joints?(?:_(?:pose|positions|angles|states|values))?")
 _PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]_?vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
-_OPENCV = r"(\w+)(?:: *!!| type_id=\")opencv-matrix"
-"""Names of matrices of OpenCV, under which others stand."""
 _BRACKETED = re.compile(r"\W*\w?[\[({]([^\[\](){}]*)[\])}][^\[\](){}]*")
 """A line such as `p[0.1, …]  12:30:01`."""
 _MATRICES = {(4, 4): "t", (3, 4): "t", (3, 3): "r"}
@@ -96,7 +97,6 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
     if data.startswith(b"PK"):
         return {}
     text = decode(data, path)[0]
-    matrices = {_NUMBER.split(name)[0] for name in re.findall(_OPENCV, text)}
     if text.lstrip().startswith("<"):
         text = _CLOSED.sub("]", _OPENED.sub(r"\n\1: [", text))
     if _YAML.search(text):
@@ -104,7 +104,7 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
         return (
             found
             if any(isinstance(v, list) for v in found.values())
-            else _samples(text, lambda name: name in matrices or owner(name))
+            else _samples(text, owner)
         )
     inside = [_BRACKETED.fullmatch(line) for line in text.splitlines() if line.strip()]
     bare = "\n".join(m[1] for m in inside if m) if all(inside) else re.sub(r"[\[\](){}]", " ", text)
@@ -192,18 +192,24 @@ def _leaves(name: str, value: Any) -> dict[str, Any]:
 
 
 def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
-    """Numbers of JSON or YAML by the keys before them, those of the pose and of its part among them."""
-    found, side, part, name, at = defaultdict[str, list[tuple[int, list[float]]]](list), "", "", "", -1
-    for key, count, number in _TOKEN.findall(text):
+    """Numbers of JSON or YAML by their keys, and those around that say of what they are."""
+    found, path = defaultdict[str, list[tuple[int, list[float]]]](list), list[tuple[tuple[int, int], str]]()
+    depth, column, at, name = 0, 0, -1, ""
+    for token in _TOKEN.finditer(text):
+        key, count, number, opens, closes = token.groups()
+        depth += bool(opens) - bool(closes)
         if key:
             key, count, *_ = *_NUMBER.split(key), ""
-            side, part = (key, "") if owner(key) else (side, part)
-            part = key if TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
-            name = "_".join(filter(None, dict.fromkeys((side, part, key))))
+            column = column if depth else token.start() - text.rfind("\n", 0, token.start())
+            path = [*(outer for outer in path if outer[0] < (column, depth)), ((column, depth), key)]
+            around, is_matrix = [outer for _, outer in path[:-1]], key in ("rows", "cols", "dt", "data")
+            begin = max((k for k, own in enumerate([*around, key]) if owner(own)), default=0)
+            told = [own for own in around[begin:] if is_matrix or owner(own) or _TELLS.fullmatch(own)]
+            name = "_".join(dict.fromkeys([*told, key]))
         at = int(count or at)
         if key or (count and name):
             found[name].append((at, []))
-        elif name:
+        elif name and number:
             found[name][-1][1].append(float(number))
     for rows in found.values():
         if len({number for number, _ in rows}) == len(rows):  # else numbers don't tell them apart
