@@ -41,17 +41,22 @@ _OPENED, _CLOSED = re.compile(r"<(\w+)[^>]*>"), re.compile(r"</\w+>")
 _YAML = re.compile(r"\A\{|^\W*[A-Za-z_]\w*[\"']?\s*[:=]|^[rt] +[-+\d]", re.M)  # or of Halcon
 _KEY = r"((?<!%)\b[A-Za-z_]\w*(?=[\"']?\s*[:=])|^[rt](?= +[-+\d]))"
 _COUNT = r"((?<![\w.])\d+)(?=[\"']?\s*:)"
-_TOKEN = re.compile(rf"{_KEY}|{_COUNT}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])", re.M)
-"""Keys, numbers of rows in their place, and numbers."""
+_TOKEN = re.compile(
+    rf"{_KEY}|{_COUNT}|(?<![\w.])([-+]?\d+\.?\d*(?:[eE][-+]?\d+)?)(?![\w.])|([\[{{])|([\]}}])", re.M
+)
+"""Keys, numbers of rows in their place, numbers, and brackets."""
 _NUMBER = re.compile(r"(?:^|_)(\d+)$")
 _NAMED = r"\b([A-Za-z_]\w*)[ \t]*[:= ][ \t]*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)[ \t]*(deg|rad|mm|m|°)?(?![\w.])"
 """A number behind its name and before its unit."""
 _COMMENT = re.compile(r"^[ \t]*(?:#|%|//|;|!).*", re.M)
 TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
-_PLACE = re.compile(r"t|translation|position", re.I)
+_TELLS = re.compile(rf"{TURN.pattern}|t|translation|position|.*joint.*", re.I)
+"""Keys around others that say what these are."""
 _JOINTS = re.compile("q|angles|(\\w+_)?joints?(?:_(?:pose|positions|angles|states|values))?")
 _PLACES = re.compile("(?:.*_)?(?:xyz|positions?|translations?|[tr]_?vec|points?|[pt]|tcp)")
 _LIST, _ENTRY = re.compile(r"[\[(](.*)[\])]", re.DOTALL), re.compile(r"'[^']*'|\"[^\"]*\"|[^\s,;]+")
+_BRACKETED = re.compile(r"\W*\w?[\[({]([^\[\](){}]*)[\])}][^\[\](){}]*")
+"""A line such as `p[0.1, …]  12:30:01`."""
 _MATRICES = {(4, 4): "t", (3, 4): "t", (3, 3): "r"}
 
 
@@ -96,8 +101,13 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
         text = _CLOSED.sub("]", _OPENED.sub(r"\n\1: [", text))
     if _YAML.search(text):
         found = arrays_of_json(data)
-        return found if any(isinstance(v, list) for v in found.values()) else _samples(text, owner)
-    bare = re.sub(r"[\[\](){}]", " ", text)
+        return (
+            found
+            if any(isinstance(v, list) for v in found.values())
+            else _samples(text, owner)
+        )
+    inside = [_BRACKETED.fullmatch(line) for line in text.splitlines() if line.strip()]
+    bare = "\n".join(m[1] for m in inside if m) if all(inside) else re.sub(r"[\[\](){}]", " ", text)
     head, *body = read_text(bare.encode(), path).rows
     is_count = len(head) == 1 < len(body) and len(body[0]) > 1  # of blocks
     with suppress(ValueError):
@@ -160,11 +170,8 @@ def by_name(found: Any) -> dict[str, Any]:
     """Rows of each name, of an object of arrays, of a list of objects, one a row, or of stacks of poses."""
     lists = [v for v in (found.values() if isinstance(found, dict) else [found]) if isinstance(v, list) and v]
     lists = [rows for rows in lists if all(isinstance(row, dict) for row in rows)]
-    if len(lists) == 1:
-        rows = [_leaves("", row) for row in lists[0]]
-        return {name: [row.get(name) for row in rows] for name in rows[0]}
-    if isinstance(found, dict):
-        return found
+    if len(lists) == 1 or isinstance(found, dict):
+        return _leaves("", lists[0] if len(lists) == 1 else found)
     array = block([] if found is None else found)
     if array.ndim == 4 and 2 in array.shape[:2]:
         return dict(zip("AB", array if len(array) == 2 else np.moveaxis(array, 1, 0), strict=True))
@@ -172,7 +179,12 @@ def by_name(found: Any) -> dict[str, Any]:
 
 
 def _leaves(name: str, value: Any) -> dict[str, Any]:
-    """Values of an object by their paths: `pose_position_x`."""
+    """Values of an object by their paths, `pose_position_x`, and of a list of objects in rows."""
+    if isinstance(value, dict) and value and all(map(str.isdigit, value)):  # rows by their numbers
+        value = [value[key] for key in sorted(value, key=int)]
+    if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
+        rows = [_leaves(name, row) for row in value]
+        return {path: [row.get(path) for row in rows] for path in rows[0]}
     if not isinstance(value, dict):
         return {name: value}
     inside = (_leaves(f"{name}_{key}".lstrip("_"), inner) for key, inner in value.items())
@@ -180,18 +192,24 @@ def _leaves(name: str, value: Any) -> dict[str, Any]:
 
 
 def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
-    """Numbers of JSON or YAML by the keys before them, those of the pose and of its part among them."""
-    found, side, part, name, at = defaultdict[str, list[tuple[int, list[float]]]](list), "", "", "", -1
-    for key, count, number in _TOKEN.findall(text):
+    """Numbers of JSON or YAML by their keys, and those around that say of what they are."""
+    found, path = defaultdict[str, list[tuple[int, list[float]]]](list), list[tuple[tuple[int, int], str]]()
+    depth, column, at, name = 0, 0, -1, ""
+    for token in _TOKEN.finditer(text):
+        key, count, number, opens, closes = token.groups()
+        depth += bool(opens) - bool(closes)
         if key:
             key, count, *_ = *_NUMBER.split(key), ""
-            side, part = (key, "") if owner(key) else (side, part)
-            part = key if TURN.fullmatch(key) or _PLACE.fullmatch(key) else part
-            name = "_".join(filter(None, dict.fromkeys((side, part, key))))
+            column = column if depth else token.start() - text.rfind("\n", 0, token.start())
+            path = [*(outer for outer in path if outer[0] < (column, depth)), ((column, depth), key)]
+            around, is_matrix = [outer for _, outer in path[:-1]], key in ("rows", "cols", "dt", "data")
+            begin = max((k for k, own in enumerate([*around, key]) if owner(own)), default=0)
+            told = [own for own in around[begin:] if is_matrix or owner(own) or _TELLS.fullmatch(own)]
+            name = "_".join(dict.fromkeys([*told, key]))
         at = int(count or at)
         if key or (count and name):
             found[name].append((at, []))
-        elif name:
+        elif name and number:
             found[name][-1][1].append(float(number))
     for rows in found.values():
         if len({number for number, _ in rows}) == len(rows):  # else numbers don't tell them apart

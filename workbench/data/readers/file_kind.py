@@ -23,7 +23,7 @@ PROGRAM = (
 )
 """How programs of robots begin, and how they move."""
 _ARRAYS = (
-    rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)|%YAML|- \w+: *\[|"
+    rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)|%YAML|- \w+: *[\[{]|"
     rb".*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?([A-Za-z_]\w*|[\"']?\w+[\"']):( +[\"']{2})?\r?\n"
 )
 """How arrays begin, of NumPy, JSON, YAML and OpenCV."""

@@ -116,7 +116,7 @@ def with_points(grid: Grid) -> Grid:
     if not commas:
         return grid
     points = (cell for row in grid.rows for cell in row if _POINT.fullmatch(cell))
-    if (point := next(points, "")) or all(_THOUSANDS.fullmatch(cell) for cell, _ in commas):
+    if (point := next(points, "") * grid.is_text) or all(_THOUSANDS.fullmatch(cell) for cell, _ in commas):
         text = f"'{commas[0][0]}' has a decimal comma" + (f", '{point}' a decimal point" if point else "")
         raise grid.error(f"{text}, or commas group thousands: write all numbers with points", commas[0][1])
     rows = [[cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in r] for r in grid.rows]

@@ -10,6 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.orientation import read_orientation, written_orientation
 from workbench.data.readers.read import read_grid
 from workbench.data.readers.table import Grid, with_names
+from workbench.extras.camera.pair_fit import CLEARLY
 from workbench.identification.meaning.conventions import turning_alike
 
 MAX_PAIRS = 300
@@ -63,6 +65,8 @@ EASY_HANDEYE = re.compile(rb"\b(hand_world_samples|robot)[\"']?\s*:")
 ANGLES = {"alpha": "rx", "beta": "ry", "gamma": "rz"}
 """Angles of Halcon, whose order the pairs tell."""
 _ADVICE = re.compile(r"[:;](?![^(]*\))")
+_ENTRY = re.compile(r"(?i)(r?[xyz]|q[wxyz0-4]|[abcwpr])$")
+"""An entry of a pose, behind the letter of a side."""
 _LETTER, _GAP = re.compile(r"^(A|B|T1|T2)(?=_|$)"), re.compile(r"[_ ./]+")
 WANTED = (
     "give a robot pose and a target pose in each row (x[m] … target_qw), samples of easy_handeye or MoveIt, "
@@ -74,10 +78,14 @@ PICTURES = (
 )
 SIDES, WIDTHS = ("robot", "target"), (1, 3, 4, 6, 7, 8, 9, 12, 16)
 """Whose poses are paired, and how many numbers a pose or a part of one has."""
+PARTS = (3, 4, 6, 7, 9)
+"""Sizes that tell nothing new beside a pose's matrix."""
 HALVES = {12: (6,), 14: (7,), 24: (3, 4), 32: (16,)}
 """Shapes of a pose by how many numbers two have."""
 MIN_GROUP = 6
 """Columns of a pose."""
+Side = tuple[Dataset, re.Pattern[str] | None]
+"""Poses of one side, and which way round names say that they are, if they do."""
 
 
 def read_pairs(*paths: Path) -> tuple[Any, ...]:
@@ -98,8 +106,10 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
         arrays, numbers = _of_one_label(arrays, found.numbers, notes)
         lists = {name for name, a in arrays.items() if block(a).shape[1:] == (4,)}  # x, y, z, w
         arrays |= {name: np.roll(block(arrays[name]), 1, axis=1) for name in lists}
+        turned = {n: np.roll(a, 3, axis=1) for n, a in arrays.items() if np.shape(a)[1:] == (6,)}
         grid = table_of(arrays, path) if arrays else read_grid(path)
-        sides = [_poses(grid, seen, lists, notes) for seen in (False, True)]
+        grids = [grid, table_of(arrays | turned, path)] if turned else [grid]  # rvec, tvec of OpenCV
+        ways = [[_poses(each, seen, lists, notes) for each in grids] for seen in (False, True)]
     except OptionError:
         raise
     except (ValueError, WorkbenchError) as error:
@@ -107,22 +117,24 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
         why = ": ".join([*filter(None, where), _ADVICE.split(why)[0].strip()])  # which is other files'
         wanted = PICTURES if "image" in found.arrays else WANTED
         raise FileError(f"it holds no pairs of poses ({why}); {wanted}", path=str(path)) from None
-    parts = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
-    whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in parts], axis=0)
+    tried = [(given, *_alike(given)) for given in product(*ways)]
+    off = min(apart for _, apart, *_ in tried)
+    given, _, whole, alike = next(each for each in tried if each[1] <= CLEARLY * off)
     if not whole.any():
         raise grid.error(f"no row has both poses; {WANTED}")
     rows, poses = np.flatnonzero(whole), list[np.ndarray]()
     lost = len(whole) - len(rows)
     notes += [*found.notes, *([f"{plural(lost, 'row')} without both poses left out"] if lost else [])]
-    sides = [(own.take(rows), way) for own, way in sides]
-    alike = turning_alike(sides[0][0], sides[1][0])
-    for name, (own, way), (turns, how) in zip(SIDES, sides, alike, strict=True):
-        pose = se3.pose(turns, np.asarray(own.position))
+    for name, own, (data, way), (turns, how) in zip(SIDES, ways, given, alike, strict=True):
+        pose = se3.pose(turns, np.asarray(data.position)[whole])
         poses.append(se3.inverse(pose) if way is INVERSE else pose)
-        notes += [*own.notes, *([f"the {name}'s poses: {how}"] if how else [])]
-    told = all(way is not None for _, way in sides)
+        first = "" if data is own[0][0] else "the orientation stands before the position, as the pairs tell"
+        notes += [*data.notes, *(f"the {name}'s poses: {text}" for text in (first, how) if text)]
+    if np.array_equal(poses[0], poses[1]):
+        raise grid.error("both sides hold the same poses: give the robot's and the target's in the camera")
+    told = all(way is not None for _, way in given)
     pair = np.array(numbers if len(numbers) == len(whole) else range(1, len(whole) + 1))
-    return *poses, pair[rows], told, bool(EASY_HANDEYE.search(content)), notes
+    return *poses, pair[rows], told, bool(EASY_HANDEYE.search(content)), [*dict.fromkeys(notes)]
 
 
 def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str, Any]:
@@ -149,7 +161,8 @@ def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str,
         if "image" in arrays:
             raise OptionError(f"{path} holds no poses of a target: {PICTURES}", option="pairs")
         raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
-    return named
+    told = {_is_seen(name) for name, own in named.items() if block(own).shape[1:] in ((4, 4), (3, 4))}
+    return {n: a for n, a in named.items() if _is_seen(n) not in told or block(a)[:1].size not in PARTS}
 
 
 def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -175,7 +188,10 @@ def _of_one_label(
     sides = [{n: block(a) for n, a in arrays.items() if _is_seen(n) is seen} for seen in (False, True)]
     counts = [max(map(len, own.values()), default=0) for own in sides]
     named = [[a for n, a in own.items() if LABEL.search(n)] for own in sides]
-    labels = [[a.astype(str) for a in own if len({*a.tolist()}) == len(a)] for own in named]
+    labels = [
+        [a.astype(str) for a in own if len({*a.tolist()}) == len(a) == n]
+        for own, n in zip(named, counts, strict=True)
+    ]
     if all(labels):
         (known, *_), (others, *_) = labels
         _, rows, theirs = np.intersect1d(known, others, return_indices=True)
@@ -195,9 +211,15 @@ def _is_seen(name: str) -> bool | None:
     return next((seen for seen, kind in kinds if any(map(kind.search, _parts(name)))), None)
 
 
-def _poses(
-    grid: Grid, seen: bool, lists: Collection[str], notes: list[str]
-) -> tuple[Dataset, re.Pattern[str] | None]:
+def _alike(sides: Sequence[Side]) -> tuple[float, np.ndarray, list[tuple[np.ndarray, str]]]:
+    """How far the sides turn apart, which rows have both poses, and what their orientations are."""
+    parts = [np.asarray(part) for own, _ in sides for part in (own.position, own.rotation)]
+    whole = np.all([np.isfinite(a.reshape(len(a), -1)).all(1) for a in parts], axis=0)
+    alike, apart = turning_alike(*(own.take(whole) for own, _ in sides))
+    return apart, whole, alike
+
+
+def _poses(grid: Grid, seen: bool, lists: Collection[str], notes: list[str]) -> Side:
     """One side of a table, and which way round names say that its poses are, if they do."""
     head = max(grid.rows[:50], key=lambda row: sum(_is_seen(cell) is not None for cell in row))
     kinds = _sides_of(head, [] if seen else notes)
@@ -210,13 +232,16 @@ def _poses(
     position, left_out = fields.stacked(("x", "y", "z")), excluded_rows(fields)
     for cells in (c for c, name in zip(table.columns, head, strict=True) if DETECTED.fullmatch(name)):
         left_out |= np.array([cell.strip().lower() in FALSE for cell in cells])
+    if left_out.all():
+        raise grid.error("the target was seen in no row")
     if position is not None:
         empty = np.ptp(position, axis=1) == 0.0  # zeros, or −1, stand where nothing was seen
         left_out |= empty & ~empty.all()
         position[left_out] = np.nan
     rotation, _ = read_orientation(fields, usable=~left_out)
     if rotation is None or position is None:
-        raise grid.error(f"no pose of the {SIDES[seen]} under {listed([c for c in head if c], longest=4)}")
+        under = listed(own or [c for c in head if c], longest=4)
+        raise grid.error(f"no pose of the {SIDES[seen]} under {under}")
     way = next((kind for kind in (INVERSE, DIRECT) if any(map(kind.search, own))), None)
     said = [f"the {SIDES[seen]}'s poses are read the other way round, as named"] if way is INVERSE else []
     likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}
@@ -237,7 +262,8 @@ def _sides_of(head: Sequence[str], notes: list[str]) -> dict[str, bool | None]:
     """
     kinds: dict[str, bool | None] = {c: _is_seen(c) for c in head}
     rest, told = [c for c, kind in kinds.items() if kind is None], {*kinds.values()} - {None}
-    groups = [name for name, count in _groups(head).items() if name and count >= MIN_GROUP]
+    groups = [name for name, count in _groups(head).items() if count >= MIN_GROUP]
+    groups.sort(key=bool)  # what has no name before its own is the robot's
     if len(told) == 2:
         return kinds
     if len(told) == 1 and (len(rest) >= MIN_GROUP or len(groups) != 2):
@@ -246,13 +272,20 @@ def _sides_of(head: Sequence[str], notes: list[str]) -> dict[str, bool | None]:
         wrong = f"nothing tells which of {listed(groups)} is the robot's pose and which the target's"
         raise OptionError(f"{wrong}: rename them 'robot' and 'target'", option="pairs")
     if len(groups) == 2:
-        notes.append(f"{groups[0]} is the robot's pose, {groups[1]} the target's, by their order")
-    return {c: len(groups) == 2 and _parts(c)[0] == groups[1] for c in head}
+        others = f"{groups[0] or 'what has no other name'} is the robot's pose, {groups[1]} the target's"
+        notes.append(f"{others}, by their order" if groups[0] else others)
+    return {c: len(groups) == 2 and _owner(c) == groups[1] for c in head}
+
+
+def _owner(heading: str) -> str:
+    """What stands before the name of an entry, as 'tag' of 'tag_x' and 'c' of 'crx'; empty for nothing."""
+    first, *more = _parts(heading)
+    return "" if VECTORS.search(first) else first if more else _ENTRY.sub("", first)
 
 
 def _groups(head: Sequence[str]) -> Counter[str]:
-    """How many headings begin with each name; those without a name before theirs count as one."""
-    return Counter(own[0] if len(own := _parts(c)) > 1 else "" for c in head)
+    """How many headings begin with each name."""
+    return Counter(map(_owner, head))
 
 
 def _parts(heading: str) -> list[str]:
@@ -262,11 +295,16 @@ def _parts(heading: str) -> list[str]:
 def _heading(cell: str, head: Sequence[str]) -> str:
     """What a heading says beside which pose it is of: `qx` of 'robot_rotation_x', `x[mm]` of 'tag_x_mm'."""
     name, unit = parse_heading(cell)
-    name, head = _GAP.sub("_", name), [_GAP.sub("_", c) for c in head]
+    name, head = _GAP.sub("_", name), [_GAP.sub("_", parse_heading(c).name) for c in head]
+    if name[-1:] in ("x", "X") and name[:-1] + chr(ord(name[-1]) + 1) not in head:
+        return IGNORED  # such as an error in px
     *before, last = name.split("_")
     if unit is None and before and last in ("m", "cm", "mm", "deg", "rad"):
         *before, last, unit = *before, last
-    stem, whose = name.rpartition("_")[0], int(_groups(head)[before[0]] >= MIN_GROUP) if before else 0
+    whose, owner = 0, _owner(cell)
+    if owner and _groups(head)[owner] >= MIN_GROUP:
+        whose, last = 1, last if before or {*map(_is_seen, head)} != {None} else last[len(owner) :]
+    stem = name.rpartition("_")[0]
     first = int(f"{stem}_0" not in head)
     if last.isdigit() and int(last) - first in range(3) and f"{stem}_{first + 3}" not in head:
         last = "xyz"[int(last) - first]

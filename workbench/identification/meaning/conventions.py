@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.hand_eye import base_and_tool
+from workbench.base.hand_eye import base_and_tool, base_and_tool_by_places
 from workbench.data.dataset import Dataset
 from workbench.data.orientations import ORIENTATIONS, USUAL_ORIENTATIONS, Orientation
 
@@ -107,15 +107,16 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
                     yield Convention(kind, factor, order=order, cost=cost + MIXED)
 
 
-def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
-    """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared.
+def turning_alike(a: Dataset, b: Dataset) -> tuple[list[tuple[Turns, str]], float]:
+    """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared; and
+    how far they turn apart [rad].
 
     Medians over rows tell: a target seen half a turn off, or in another row's pose, takes no part.
     """
     few = [data.take(np.unique(np.linspace(0, len(a) - 1, COMPARED).astype(int))) for data in (a, b)]
     ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in few]
     if len(a) < 2 or not all(ways):
-        return [(np.asarray(data.rotation), "") for data in (a, b)]
+        return [(np.asarray(data.rotation), "") for data in (a, b)], 0.0
     places = (np.asarray(data.position) for data in few)
     poses = [[se3.pose(t, at) for _, t in own] for at, own in zip(places, ways, strict=True)]
     turned, others = (_between(np.array([t for _, t in own])) for own in ways)
@@ -129,7 +130,8 @@ def turning_alike(a: Dataset, b: Dataset) -> list[tuple[Turns, str]]:
     told = [own[k][0] for own, k in zip(ways, best, strict=True)]
     apart = f"as declared: read otherwise, the sides turn apart, too, by {np.rad2deg(off.min()):.2g}° at best"
     how = [f"{c.text}, as the pairs tell" if k else "" for c, k in zip(told, best, strict=True)]
-    return [(c.rotations(d), h if tried else apart) for c, d, h in zip(told, (a, b), how, strict=True)]
+    read = [(c.rotations(d), h if tried else apart) for c, d, h in zip(told, (a, b), how, strict=True)]
+    return read, float(off.min())
 
 
 def _between(turns: Float[np.ndarray, "ways rows 3 3"]) -> Float[np.ndarray, "ways rows others"]:
@@ -141,5 +143,6 @@ def _between(turns: Float[np.ndarray, "ways rows 3 3"]) -> Float[np.ndarray, "wa
 
 def _misfit(a: Float[np.ndarray, "rows 4 4"], b: Float[np.ndarray, "rows 4 4"]) -> float:
     """Root mean square distance [m] that is left in closed form, of the poses or of their inverses."""
-    fits = ((moved, *base_and_tool(moved, b)) for moved in (a, se3.inverse(a)))
+    ways = product((a, se3.inverse(a)), (base_and_tool, base_and_tool_by_places))
+    fits = ((moved, *fit(moved, b)) for moved, fit in ways)
     return min(float(np.sqrt(((x @ m @ z - b)[:, :3, 3] ** 2).sum(1).mean())) for m, x, z in fits)
