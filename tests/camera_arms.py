@@ -139,12 +139,10 @@ class Scene:
         return "\n".join(lines) + "\n"
 
     def joints(self):
-        own = [f"{s}," for s in self.session] or [""] * len(self.q)
-        head = f"image,{'session,' if self.session else ''}" + ",".join(
-            f"q{j + 1}[rad]" for j in range(self.q.shape[1])
-        )
-        rows = (f"{i},{own[i]}" + ",".join(map(repr, self.q[i].tolist())) for i in range(len(self.q)))
-        return "\n".join([head, *rows]) + "\n"
+        head = ["image", *["session"] * bool(self.session)]
+        head += [f"q{j + 1}[rad]" for j in range(self.q.shape[1])]
+        rows = ([i, *self.session[i : i + 1], *self.q[i]] for i in range(len(self.q)))
+        return "\n".join(",".join(map(str, row)) for row in (head, *rows)) + "\n"
 
 
 def joined(**sessions):

@@ -3,6 +3,7 @@
 import fcntl
 import gc
 import io
+import json
 import os
 import sys
 from collections.abc import Callable, Iterable
@@ -183,6 +184,18 @@ def run(monkeypatch, capfd, tmp_path, built):
             cli.main()
         out, err = capfd.readouterr()
         return int(ended.value.code or 0), out, err
+
+    return call
+
+
+@pytest.fixture
+def told(run):
+    """Run a command that ends with this status: its result, and what it says."""
+
+    def call(*options: str | Path, status: int = 0) -> tuple[Any, str]:
+        ended, out, err = run(*options, "--json", "told.json")
+        assert ended == status, err
+        return json.loads(Path("told.json").read_text("utf-8")), out + err
 
     return call
 

@@ -12,7 +12,7 @@ import csv
 import re
 import tomllib
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -120,8 +120,15 @@ def write_rows(path: Path, rows: Rows) -> None:
     if rows.rotation is not None:
         head += ["qx", "qy", "qz", "qw"]
         table.append(Rotation.from_matrix(rows.rotation).as_quat())
-    lines = [",".join(head), *(",".join(map(repr, row)) for row in np.hstack(table).tolist())]
-    path.write_text("\n".join(lines) + "\n")
+    write_table(path, head, np.hstack(table).tolist())
+
+
+def write_table(path: Path | str, head: str | Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
+    """Rows of numbers and words under their headings, numbers with all digits."""
+    first = head if isinstance(head, str) else ",".join(head)
+    lines = [*[first] * bool(first), *(",".join(map(str, row)) for row in rows)]
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return Path(path)
 
 
 def thinned(source: Path, most: int) -> tuple[str, list[str]]:

@@ -1,13 +1,11 @@
 """URDF files in and out: every kind of joint, real arms, calibrated copies, round trips with TOML."""
 
 import xml.etree.ElementTree as ET
-from importlib.metadata import distribution
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from checks import any_joints, check_forward, holding, joint_wrenches
+from checks import DESCRIPTIONS, any_joints, check_forward, holding, joint_wrenches, with_numbers
 from generator import rotation
 from refusals import refuses
 
@@ -35,15 +33,6 @@ REAL = {
     "tiago_description/robots/tiago_no_hand.urdf": (None, 8),
     "baxter_description/urdf/baxter.urdf": ("left_gripper_base_link", 7),
 }
-
-
-def find_descriptions() -> Path:
-    files = distribution("example-robot-data").files or []
-    panda = next(f for f in files if f.name == "panda.urdf")
-    return Path(str(panda.locate())).resolve().parents[2]
-
-
-DESCRIPTIONS = find_descriptions()
 
 
 def urdf(*joints, links="abcdefg", name="r"):
@@ -129,7 +118,7 @@ def corrected(robot, seed=0, size=0.02):
     """Random corrections on every joint, and a base and a tool."""
     rng = np.random.default_rng(seed)
     names = [e.name for e in robot.elements if e.name.split(".")[-1] in FRAME_PARTS]
-    robot = robot.with_values(dict(zip(names, rng.uniform(-size, size, len(names)), strict=True)))
+    robot = with_numbers(robot, names, rng.uniform(-size, size, len(names)))
     turns = (frozen(rotation(rng.normal(size=3))) for _ in range(2))
     base, tool = (Frame(frozen(rng.normal(size=3)), turn) for turn in turns)
     return robot.with_frames(base=base, tool=tool)

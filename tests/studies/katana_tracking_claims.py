@@ -5,8 +5,10 @@ import numpy as np
 from studies import katana_printed as printed
 from studies import katana_tracking as tracking
 from studies.finding import Finding, checked, judged, without
-from studies.katana_study import Spread, spread
+from studies.katana_study import spread
 from studies.katana_tracking import STEPS, TrackingStudy
+from workbench import Motion
+from workbench.arm.statics.moments import joint_moments
 
 BETTER = (tracking.GEOMETRY, tracking.STIFFNESS, tracking.TILTING)
 """Columns with a printed number."""
@@ -39,19 +41,13 @@ def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
 
 def _stiffness(study: TrackingStudy) -> Finding:
     """What correcting the stiffness brings before the tilting."""
-    gain = _gain(study)
+    gain = spread(study.mean[:, tracking.GEOMETRY, 0] - study.mean[:, tracking.STIFFNESS, 0])
     stated = printed.TRACKED[tracking.GEOMETRY] - printed.TRACKED[tracking.STIFFNESS]
     return judged(
         "§5.5.1", "stiffness first lowers the mean error on the circle by [mm]", f"{stated:.3f}",
         gain.text(3), gain.low <= stated <= gain.high,
         "stiffness first brings nothing here: the path's own samples have taken it up",
     )  # fmt: skip
-
-
-def _gain(study: TrackingStudy) -> Spread:
-    """By how much the error on the circle falls when stiffness is corrected first [mm]."""
-    geometry, stiffness = (study.mean[:, step, tracking.CIRCLE] for step in BETTER[:2])
-    return spread(geometry - stiffness)
 
 
 def _methods(study: TrackingStudy) -> Finding:
@@ -98,7 +94,8 @@ def _elsewhere(study: TrackingStudy) -> Finding:
 
 def _loads(study: TrackingStudy) -> tuple[Finding, ...]:
     """What the thesis reads from its figs. 5.8 to 5.10."""
-    moments = tracking.path_moments(study.paths[0])
+    path = study.paths[0]
+    moments = joint_moments(path.robot, Motion(path.motion.q, **path.motion.drivers))
     own, across = np.abs(moments.about[:, 0]).max(), moments.tipping[:, 0].max()
     stiff, tilted = study.alone.mean(axis=1)
     return (
