@@ -63,7 +63,10 @@ def photograph(robot, shifts, folder, *, count, fine=2):
         picture = render(sheet, DOT * PRINTED, target, LENS, SIZE, rng=rng, fine=fine)
         cv2.imwrite(str(folder / f"{k}.png"), picture)
         rows.append(row)
-    _write_beside(folder, rows)
+    head = ["image", *(f"q{k + 1}[rad]" for k in range(6))]
+    write_table(folder / "joints.csv", head, ([f"{k}.png", *row.tolist()] for k, row in enumerate(rows)))
+    (folder / "camera.toml").write_text(CAMERA)
+    (folder / "target.toml").write_text(TARGET)
 
 
 def _shots(robot, shifts, count, rng):
@@ -84,11 +87,3 @@ def _shots(robot, shifts, count, rng):
         for row, target in list(zip(q[near], at[near], strict=True))[:count]:
             count -= 1
             yield row, target
-
-
-def _write_beside(folder, rows):
-    """The joints, and the files of camera and target."""
-    head = ["image", *(f"q{k + 1}[rad]" for k in range(6))]
-    write_table(folder / "joints.csv", head, ([f"{k}.png", *row.tolist()] for k, row in enumerate(rows)))
-    (folder / "camera.toml").write_text(CAMERA)
-    (folder / "target.toml").write_text(TARGET)

@@ -271,5 +271,5 @@ def test_labels_are_texts():
 
 
 def test_held_out_rows_of_a_file_are_those_that_are_not_fitted():
-    found = wb.identify(arm(), rows().take(np.arange(30)), held_out=rows())
+    found = wb.identify(arm(), rows().take(np.arange(30)), held_out=rows(), algorithms=("ols",))
     assert len(found.held_out_data) == 10

@@ -82,7 +82,10 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
     case = make(kind, seed, arm, poses=given.poses, free_frames=given.free)
     rng = np.random.default_rng([seed, 77])
     state = _chosen(case, given, rng)
-    stated = _as_filed(MORPHOLOGIES[arm](), given, rng)
+    stated = MORPHOLOGIES[arm]()
+    masses = stated.masses * (1.0 + given.masses * rng.uniform(-1.0, 1.0, stated.dof))
+    coms = stated.coms + given.coms * rng.uniform(-1.0, 1.0, (stated.dof, 3))
+    stated = replace(stated, masses=masses, coms=coms)  # as a data sheet has them
     seen = deflected_poses(case.actual, case.hidden, state)
     size = len(seen), 6
     noise = rng.standard_normal(size) if given.tails is None else rng.standard_t(given.tails, size)
@@ -153,15 +156,6 @@ def _chosen(case: Case, given: Conditions, rng: np.random.Generator) -> State:
         direction = np.where(direction == 0.0, state.direction, direction)
         return replace(state, q=q, direction=direction, wound=wound(path)).take(slice(0, given.poses))
     return state.take(slice(0, given.poses))
-
-
-def _as_filed(arm, given: Conditions, rng: np.random.Generator):
-    """The nominal arm with masses and centres of mass as a data sheet has them."""
-    return replace(
-        arm,
-        masses=arm.masses * (1.0 + given.masses * rng.uniform(-1.0, 1.0, arm.dof)),
-        coms=arm.coms + given.coms * rng.uniform(-1.0, 1.0, (arm.dof, 3)),
-    )
 
 
 def _stated(given: Conditions, rng: np.random.Generator, rows: int) -> np.ndarray | None:

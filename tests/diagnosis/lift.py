@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from generator import VirtualArm, rotation
-from laws import frames, pieces
+from laws import pieces
 from round_trip import write_table
 
 from workbench import Dataset, Robot, load_robot, read_measurements
@@ -94,13 +94,13 @@ def measure(truth, rng, rows=120, hours=2.0, noise=5e-5, tilt_noise=2e-5):
     joints = pieces(arm, q * (1.0 - truth.scale * (np.arange(7) == 3)), np.ones(rows))
     bend, (soft, loose) = np.zeros((rows, 7, 3)), ((a + b * q[:, :1]) for a, b in (truth.tipping, truth.play))
     for _ in range(12):
-        before, links = frames(arm, joints, bend)
+        before, links = arm.bent(joints, bend)
         held = arm.holding(before, links, np.zeros(rows))
         bend[:, 1:, 2] = -truth.soft[1:] * held[:, 1:, 2]
         weight = MASS[0] * np.einsum("rba,rb->ra", links[0, :, :3, :3], arm.gravity)  # of the carriage itself
         across = held[:, 1, :2] - np.cross(COM[0], weight)[:, :2]
         bend[:, 1, :2] = -soft * across - loose * across / np.linalg.norm(across, axis=1, keepdims=True)
-    links = frames(arm, joints, bend)[1]
+    links = arm.bent(joints, bend)[1]
     flange, carriage = links[-1], links[0, :, :3, :3] @ rotation(bend[:, 1] * [1.0, 1.0, 0.0])
     position = (standing @ (flange[:, :3, :3] @ TOOL + flange[:, :3, 3])[..., None])[..., 0] + [
         1.2,

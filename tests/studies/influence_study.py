@@ -106,7 +106,9 @@ def influence_study(
     q = iso_cube_poses(nominal, 2 * POSES, rng=np.random.default_rng(seed)).q
     errors = np.empty((len(TROUBLES), arms, len(numbers), len(METHODS)))
     for arm, stream in enumerate(np.random.default_rng(seed + 1).spawn(arms)):
-        actual, shuffled = _arm(nominal, stream), q[stream.permutation(len(q))]
+        sizes = [LENGTH_ERROR if name.endswith((".a", ".d")) else ANGLE_ERROR for name in CONSTANTS]
+        actual = with_errors(nominal, CONSTANTS, sizes * stream.normal(size=len(CONSTANTS)))
+        shuffled = q[stream.permutation(len(q))]
         for t, trouble in enumerate(TROUBLES):
             real = _where(actual, shuffled, trouble, stream)
             seen = real[:POSES] + stream.normal(0.0, trouble.noise, (POSES, 3))
@@ -117,13 +119,6 @@ def influence_study(
                     errors[t, arm, n, m] = _error(found, shuffled[POSES:], real[POSES:])
         progress((arm + 1) / arms, "influence against least squares")
     return InfluenceStudy(numbers=numbers, errors=errors)
-
-
-def _arm(nominal: Robot, rng: np.random.Generator) -> Robot:
-    """An arm with errors of all 17 constants."""
-    turns = np.array([not name.endswith((".a", ".d")) for name in CONSTANTS])
-    errors = rng.normal(size=len(CONSTANTS)) * np.where(turns, ANGLE_ERROR, LENGTH_ERROR)
-    return with_errors(nominal, CONSTANTS, errors)
 
 
 def _where(actual: Robot, q: np.ndarray, trouble: Trouble, rng: np.random.Generator) -> np.ndarray:

@@ -80,8 +80,9 @@ class TrackingStudy:
 
 
 def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
-    """Let virtual Katanas follow the paths."""
-    robot = drawing_katana()
+    """Let virtual Katanas follow the paths, with the 130 mm of the pencil holder (Table 5.1)."""
+    tool = Frame(xyz=np.array([0.0, 0.0, printed.PENCIL_HOLDER]))
+    robot = load_robot("katana450-three-rotation").with_frames(tool=tool)
     paths = tracked_paths(robot)
     cube = iso_cube_poses(robot, POSES, rng=np.random.default_rng(seed)).q
     errors: list[np.ndarray] = []
@@ -97,12 +98,6 @@ def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
     return TrackingStudy(
         paths=paths, mean=np.moveaxis(found.mean(axis=-1), 1, 2), alone=_alone(robot, paths[0])
     )
-
-
-def drawing_katana() -> Robot:
-    """The nominal arm in the three-rotation form with the 130 mm of the pencil holder (Table 5.1)."""
-    tool = Frame(xyz=np.array([0.0, 0.0, printed.PENCIL_HOLDER]))
-    return load_robot("katana450-three-rotation").with_frames(tool=tool)
 
 
 def tracked_paths(robot: Robot) -> tuple[Path, ...]:
