@@ -1,6 +1,5 @@
 """Formats of `--for`: the file is the arm that it says, to readers of other code."""
 
-import json
 import re
 from pathlib import Path
 
@@ -53,12 +52,11 @@ def test_what_effects_cost_is_in_the_figure(tmp_path):
     assert any("does not include" in note and "thermal-growth" in note for note in done.notes)
 
 
-def test_the_command(run, tmp_path):
+def test_the_command(run, told, tmp_path):
     out: Path = tmp_path / "k.csv"
-    code, message, _ = run("export", "ur5", "--for", "dh-csv", "--out", out, "--json", tmp_path / "r.json")
-    assert code == 0
+    found, message = told("export", "ur5", "--for", "dh-csv", "--out", out)
     assert "1e-09" in message
-    assert json.loads((tmp_path / "r.json").read_text())["left"]["position_m"] < EXACT
+    assert found["left"]["position_m"] < EXACT
     for options in (["--for", "nonsense", "--out", out], ["--for", "dh-csv"], ["--out", out]):
         code, _, error = run("export", "ur5", *options)
         assert code == 64, options

@@ -28,7 +28,7 @@ def test_a_page_stands_alone_with_its_numbers_beside_it(name, rows, tmp_path):
     verb, write, options, numbers = PAGES[name]
     found = verb(*rows)
     text = write(found, tmp_path / "new", **options).read_text("utf-8")
-    assert not re.search(r"<script|<link|@import|src=|url\((?!#)", text)  # it loads and runs nothing
+    assert not re.search(r"<script|<link|@import|src=|url\((?!#)", text)  # nothing is loaded or run
     assert text.count("<svg") == 2
     shown = [f"{found.error.after.position_mm.mean:.3f}", "joint", "nominal", "Meets"]
     assert all(word in text for word in (shown if verb is identify else ("joint 2",)))

@@ -46,7 +46,7 @@ def folder(shots, tmp_path):
 @pytest.fixture(scope="module")
 def hobby(tmp_path_factory):
     path = tmp_path_factory.mktemp("hobby") / "hobby.toml"
-    path.write_text(virtual.Arm(np.array(virtual.ARMS["hobby"], float)).toml("hobby"))
+    path.write_text(virtual.robot_toml("hobby"))
     return read_toml(path)
 
 

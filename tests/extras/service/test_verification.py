@@ -1,7 +1,6 @@
 """Verification on fresh poses: AP and RP by hand, intervals, what the calibration used, pass or fail."""
 
 import csv
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -156,26 +155,23 @@ def test_limits_per_axis_are_judged_axis_by_axis(arm):
 # -- points and inclinometers in one table --------------------------------------------------------
 
 
-def test_the_measured_positions_alone_are_judged(run, tmp_path):
+def test_the_measured_positions_alone_are_judged(run, told, tmp_path):
     """Ten points, whatever 30 inclinometer rows say."""
     q, xyz, _ = write_mixed(tmp_path)
     off = 1e3 * np.linalg.norm(points(DH, q) - xyz, axis=1)[:10]
-    options = ("verify", "mixed.csv", "--robot", "arm.toml", "--json", "r.json")
-    status, out, err = run(*options, "--wanted", f"{1.01 * off.max()}mm,0.5deg")
-    assert status == 0, err
+    options = ("verify", "mixed.csv", "--robot", "arm.toml")
+    found, out = told(*options, "--wanted", f"{1.01 * off.max()}mm,0.5deg")
     assert mentions(out, "Passed", "10 of 40", "0 of 10 rows have a measured orientation")
-    found = json.loads((tmp_path / "r.json").read_text())
     assert (found["rows"], found["poses"], found["reading"]) == (10, 10, "as given")
     assert found["errors"]["position_mm"]["mean"] == pytest.approx(off.mean(), rel=1e-6)
     assert found["errors"]["orientation_deg"] is None
     assert found["intervals"]["orientation_deg"] is None
     low, high = found["intervals"]["position_mm"]["mean"]
     assert off.min() < low < off.mean() < high < off.max()
-    status, _, err = run(*options, "--wanted", f"{0.99 * off.max()}mm")
-    assert status == 2
-    assert mentions(err, "Failed: 1 of 10")
+    found, said = told(*options, "--wanted", f"{0.99 * off.max()}mm", status=2)
+    assert mentions(said, "Failed: 1 of 10")
+    assert found["failed_rows"] == [int(off.argmax())]
     assert run(*options, "--wanted", "3")[0] == 64
-    assert json.loads((tmp_path / "r.json").read_text())["failed_rows"] == [int(off.argmax())]
     data = wb.read_measurements("mixed.csv").take(np.arange(12, 40))
     with pytest.raises(DataError):
         wb.verify("arm.toml", data, wanted=1.0)
