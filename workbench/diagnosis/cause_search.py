@@ -32,7 +32,7 @@ from workbench.diagnosis.drivers.driver import MIN_MIXED, SESSION, Driver, drive
 from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.drivers.path import path_of
-from workbench.diagnosis.final_fit import fit_with_constants_held, geometry_as_identified
+from workbench.diagnosis.final_fit import fit_as_saved, geometry_as_identified
 from workbench.diagnosis.result import harm_done
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, coefficients, drop, left_of
 from workbench.diagnosis.search.refit import robot_with
@@ -70,7 +70,7 @@ class CauseSearch:
         first: The geometry alone.
         passes: The searches, each without some of what the one before it found.
         drivers: What the error follows at the final fit; None if too few rows tell.
-        judged_fit: The last search's arm; as it is saved, if there are no held-out rows to be fitted to it.
+        judged_fit: The last search's arm, as it is saved but for held-out rows.
         still: All rows as from a measuring frame at rest, if it moves by no law; arms are fitted to them.
         too_few: Why no search was made; None if one was.
         nominal: Errors of the nominal arm, with the best base and tool, on the fitted rows that are no
@@ -224,9 +224,7 @@ def _validated_search(
         last, rows = found[-1], without_undecided(ready, found[-1])
         if drivers is None and too_few is None:
             drivers = ask("the drivers", partial(DriverEvidence.of, last, ready.data), None)
-        is_own = len(rows.held_out_rows) and still is None
-        fit = last.stage.fit if is_own else fit_with_constants_held(last, still)
-        keep, geometry = last.stage.keep, first.fit
+        fit, keep, geometry = fit_as_saved(last, still), last.stage.keep, first.fit
         if not last.model:
             geometry = fit = geometry_as_identified(fit, rows.problem.noise if keep.all() else None)
         fit = ready.scaled(fit)

@@ -25,16 +25,14 @@ MAX_SQUARE_RATIO = 1.1
 move after all, as where a carriage tips about another place than the frame of its slide."""
 
 
-def fit_with_constants_held(last: Searched, still: Dataset | None = None) -> Fit:
-    """The last search's arm on the same rows, as from a measuring frame at rest if there are such ones, with
-    constants that a rigid arm leaves open held near nominal.
-
-    It is the search's own where neither masses nor rows differ, or where this does not converge.
+def fit_as_saved(last: Searched, still: Dataset | None = None) -> Fit:
+    """The last search's arm fitted to the same rows as it is saved: as from a measuring frame at rest if
+    there are such rows, with constants expected near nominal; the search's own if this does not converge.
     """
     before, data = last.stage.fit, last.stage.problem.data
     if still is not None:
         data = still.take(np.isin(still.row, data.row))
-    elif not any(p.unit == "kg" for p in before.problem.parameters):
+    elif not last.model:
         return before
     found = _again(last, last.stage.geometric_problem, data)
     return before if before.outcome.ok and not found.outcome.ok else found
@@ -84,7 +82,7 @@ def fitted_on_all(
     if not len(ready.held_out_rows):
         return before, None
     if left_out.all():
-        return before if still is not None else fit_with_constants_held(last), None
+        return before, None
     included = np.concatenate([before.problem.data.row, ready.held_out_data.row[~left_out]])
     data = (still or ready.data).take(np.isin(ready.data.row, included))
     geometric = last.stage.geometric_problem
@@ -95,7 +93,7 @@ def fitted_on_all(
     found = _again(last, replace(geometric, robot=robot), data)
     if before.outcome.ok and not found.outcome.ok:
         text = f"the refit to all rows did not converge ({found.outcome}); the arm without it is kept"
-        return before if still is not None else fit_with_constants_held(last), text
+        return before, text
     if not last.model:
         found = geometry_as_identified(found, ready.problem.noise if last.stage.keep.all() else None)
     out = ", except suspects" if left_out.any() else ""

@@ -18,6 +18,7 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.column_products import inner_products
+from workbench.identification.errors.expected_deviation import expected_deviation
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import with_joint_readings
 from workbench.identification.problem import Problem
@@ -70,16 +71,20 @@ def refit(
             equilibrium where it was expected, last; other unknowns start at nominal.
         holds: Whether constants that are unobservable for a rigid arm are held near nominal if masses are
             unknown.
-        is_final: Whether it may take more steps, and sizes of laws are estimated without the prior about zero
-            by which they were selected.
+        is_final: Whether it may take more steps, constants are expected as near nominal as the rows with
+            these effects show, and sizes of laws are estimated without the prior about zero by which they
+            were selected.
     """
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
     names = [n for t in model for n in t.candidate.names]
     built = problem.again(robot=robot, data=data, effects=names, inertia=needs_inertia(robot))
-    built = built.with_deviation(CONSTANT_SIGMA)
     if grams is not None and model:
         built = _expected(built, grams, model, FLAT if is_final else 1.0)
+    built = built.with_deviation(CONSTANT_SIGMA)
+    if is_final and built.geometry.any():
+        found, spread = expected_deviation(built, built.at(starts[-1]))
+        built = built.with_deviation(min(found / spread, CONSTANT_SIGMA))
     here, free = built.at(starts[-1]), built
     if len(starts) > 1:
         here = min(map(built.at, starts), key=lambda x: np.square(free.residual(x)).sum())
