@@ -168,11 +168,11 @@ def test_constants_are_freed_only_where_they_stay_plausible(monkeypatch):
 
 
 def test_constants_that_places_hardly_show_stay_near_nominal_beside_effects():
-    """They paid for what an effect left: a real arm's orientations, which nobody measured, became 3 to 5 times
-    worse than nominal's. Angles between poses know neither base nor tool."""
+    """They paid for what an effect left: a real arm's orientations, which nobody measured, became 3 to 5
+    times worse than nominal's. Angles between poses know neither base nor tool."""
     arm, rng = load_robot("ur5e"), np.random.default_rng(2)
     true = arm.with_values({n: arm.values([n])[0] + rng.normal(0.0, 5e-4) for n in arm.default_free})
-    q = [0.3, -1.2, 1.4, -0.8, -1.2, 0.4] + rng.uniform(-0.4, 0.4, (120, 6))
+    q = rng.uniform(-0.4, 0.4, (120, 6)) + [0.3, -1.2, 1.4, -0.8, -1.2, 0.4]
     poses = true.predict(q + np.outer(3e-3 * np.cos(q[:, 1]), np.eye(6)[1]))
     points = (poses @ [0.02, 0.01, 0.05, 1.0])[:, :3] + rng.normal(0.0, 5e-5, (120, 3))
     found = diagnose(arm, rows := Dataset(q=q, position=points))
