@@ -172,7 +172,7 @@ def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndar
     problem = thinned(fit.problem)
     residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
     found = problem.again(robot=fit.arm, known={**problem.known, **problem.instrument(fit.x)})
-    joints = -np.concatenate([b.whiten(b.by_joint).reshape(-1, motion.shape[1]) for b in found.blocks])
+    joints = -np.vstack([problem.whiten(b, b.by_joint).reshape(-1, motion.shape[1]) for b in found.blocks])
     columns = np.einsum("mj,mjk->mk", joints, motion[problem.component_rows])
     own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
     left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))
