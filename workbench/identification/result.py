@@ -234,12 +234,10 @@ class Identification(AbstractReported, AbstractSplit):
         """That the instrument's scale is off rather than all lengths of the arm; empty if it isn't."""
         return common_errors.instrument_scale(self.aligned, self.data.take(self.train_rows))
 
-    @property
+    @cached_property
     def sister(self) -> str:
         """That the lengths found are another built-in arm's; empty if they aren't."""
-        found = zip(self.best.fit.parameters, self.best.fit.x.tolist(), self.best.fit.std, strict=True)
-        lengths = {p.name: x for p, x, std in found if p.is_geometry and p.unit == "m" and 0.0 < std < 1e-3}
-        return sister(self.nominal_robot, lengths)
+        return sister(self.nominal_robot, self.best.fit.arm)
 
     def parameters(self) -> "DataFrame":
         """Constants of the best run by name: unit, nominal, identified, standard error; SI."""

@@ -135,11 +135,12 @@ def test_pass_and_fail(arm):
             wb.verify(calibrated, fresh, wanted=wanted)
 
 
-def test_a_sister_arm_neither_passes_nor_fails():
-    q = np.random.default_rng(0).uniform(-1.8, 1.8, (40, 6))
-    rows = wb.Dataset(q=q, position=wb.load_robot("ur10e").predict(q)[:, :3, 3])
-    found = wb.verify(wb.load_robot("ur10"), rows, wanted=1.0)
-    assert mentions(found.verdict, "No verdict: the arm is UR10e", "choose the robot 'ur10e'")
+@pytest.mark.parametrize(("real", "other", "near"), [("ur10e", "ur10", 1.8), ("ur5e", "ur5", 0.2)])
+def test_a_sister_arm_neither_passes_nor_fails(real, other, near):
+    q = np.random.default_rng(0).uniform(1.0 - near, 1.0 + near, (40, 6))
+    rows = wb.Dataset(q=q, position=wb.load_robot(real).predict(q)[:, :3, 3])
+    found = wb.verify(wb.load_robot(other), rows, wanted=1.0)
+    assert mentions(found.verdict, f"No verdict: the arm is UR{real[2:]}", f"choose the robot '{real}'")
     assert found.passed is False
 
 

@@ -5,16 +5,13 @@ own rows by its manufacturing errors, well below 2 % of its reach; else `meaning
 mean.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
@@ -29,8 +26,6 @@ COMPARED_POSES = 60
 SAME_ARM, SAME_ARM_SHARE = 0.015, 0.05
 """Distances [m, and share of the reach] of an arm from its nominal model beyond which it is another one: if a
 third arm fits, and anyhow."""
-FIXED = 1e-3
-"""Share of the largest change below which a length was not found, as those that the tool takes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,20 +81,17 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     return ArmMatch(robot=robot.name, meaning=understood(robot, data)[1], joints=(data.joints, robot.dof))
 
 
-def sister(robot: Robot, lengths: Mapping[str, float]) -> str:
-    """That lengths that a fit found, by name [m], are another built-in arm's rather than this one's."""
-    moved = {name: abs(x - float(robot.values((name,))[0])) for name, x in lengths.items()}
-    largest = max(moved.values(), default=0.0)
-    names = tuple(name for name, by in moved.items() if by > FIXED * largest)
-    arms = {key: load_robot(key) for key in built_in_robots()} if largest > SISTER_MOVED else {}
-    alike = {key: arm for key, arm in arms.items() if {*names} <= {element.name for element in arm.elements}}
-    found = np.array([lengths[name] for name in names])
-    off = {key: float(np.abs(found - arm.values(names)).max()) for key, arm in alike.items()}
-    near = min(off, key=lambda key: off[key], default="")
-    if not near or 2.0 * off[near] > largest:
+def sister(nominal: Robot, found: Robot) -> str:
+    """That the lengths that a fit found are another built-in arm's rather than this one's."""
+    lengths = tuple(e.name for e in nominal.elements if e.unit == "m")
+    if not np.abs(found.values(lengths) - nominal.values(lengths)).max(initial=0.0) > SISTER_MOVED:
         return ""
-    sizes = f"to {in_mm(off[near])}, this arm's to {in_mm(largest)}"
-    return f"the lengths found are those of '{near}' {sizes}: choose the robot '{near}' if it was measured"
+    data, off = misfit(found, nominal)
+    if (rival := other_arm(nominal, data, off / CLEAR)) is None:
+        return ""
+    sizes = f"to {in_mm(rival.position)}, this arm's to {in_mm(off)}"
+    choose = f"choose the robot '{rival.other}' if it was measured"
+    return f"the lengths found are those of '{rival.other}' {sizes}: {choose}"
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:

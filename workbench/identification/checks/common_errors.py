@@ -9,7 +9,7 @@ alike: an instrument whose lengths are wrong. A fit is to most of the rows; data
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import permutations
+from itertools import combinations_with_replacement, permutations
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -25,6 +25,7 @@ from workbench.base.progress import check_cancelled
 from workbench.base.remedy import remedy
 from workbench.base.wording import in_mm, ranges
 from workbench.data.dataset import Dataset
+from workbench.data.observation import Channel
 from workbench.data.postures import repeats
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -167,13 +168,17 @@ def _predicted(
 
 
 def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndarray, ...]:
-    """What a geometry leaves of the rows of `thinned`, to first order about its fit, and what k motions of
-    their joints do that no constant imitates; what share of the error each leaves, and its chance."""
+    """`_explained` by k motions of the joints, for the rows of `thinned`."""
     problem = thinned(fit.problem)
-    residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
     found = problem.again(robot=fit.arm, known={**problem.known, **problem.instrument(fit.x)})
-    joints = -np.concatenate([b.whiten(b.by_joint).reshape(-1, motion.shape[1]) for b in found.blocks])
-    columns = np.einsum("mj,mjk->mk", joints, motion[problem.component_rows])
+    joints = -np.vstack([problem.whiten(b, b.by_joint).reshape(-1, motion.shape[1]) for b in found.blocks])
+    return _explained(fit, problem, np.einsum("mj,mjk->mk", joints, motion[problem.component_rows]))
+
+
+def _explained(fit: Fit, problem: Problem, columns: Float[np.ndarray, "m k"]) -> tuple[np.ndarray, ...]:
+    """What a geometry leaves of some rows, to first order about its fit, and what k columns do that no
+    constant imitates; what share of the error each leaves, and its chance."""
+    residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
     own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
     left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))
     gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-12)
@@ -210,6 +215,27 @@ def lag(fit: Fit, data: Dataset) -> str:
     text = came.text(-float(left @ ways[:, 0]) / float(ways[:, 0] @ ways[:, 0]))
     text += f"; one delay leaves {100.0 * share:.2g} % of it"
     return f"what the geometry leaves is {text}: give joints and places of one time, or measure at rest"
+
+
+@beside("what is wrong with the instrument", "")
+def distorted(fit: Fit) -> str:
+    """`distances from the measuring frame's origin are 17 mm too long …`, or empty; likewise an axis of the
+    frame that is drawn out, or two that aren't square."""
+    problem = thinned(fit.problem)
+    places = [[c is Channel.POSITION for c in b.observation.channels] for b in problem.blocks]
+    if (points := problem.data.position) is None or any(sum(own) != 3 for own in places):
+        return ""
+    pairs = [*combinations_with_replacement(range(3), 2)]
+    drawn = [np.outer(points[:, i], np.eye(3)[j]) + np.outer(points[:, j], np.eye(3)[i]) for i, j in pairs]
+    away = points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9)
+    moved, columns = np.nan_to_num(np.stack([away, *drawn], 2)), []
+    for block, own in zip(problem.blocks, places, strict=True):
+        table = np.zeros((*block.inverse_sigma.shape, moved.shape[2]))
+        table[:, own] = -moved[block.rows]
+        columns.append(problem.whiten(block, table).reshape(-1, moved.shape[2]))
+    left, ways, shares, chances = _explained(fit, problem, np.concatenate(columns))
+    print(shares, chances, (left @ ways) / (ways**2).sum(0))
+    return ""
 
 
 @beside("rows that lie off together", "")

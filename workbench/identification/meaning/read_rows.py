@@ -16,7 +16,7 @@ from workbench.identification.meaning.usable_rows import few_each, usable, witho
 
 HELD_ROWS = 3
 """Minimum number of full poses of the flange."""
-SISTER_MOVED = 3e-3
+SISTER_OFF, SISTER_MOVED = 1e-3, 3e-3
 """Distance of rows, and change of a length [m], from which on another arm's table may be nearer."""
 
 
@@ -32,7 +32,7 @@ def read_rows(robot: Robot, data: Dataset, *, likely: bool = False) -> RowMeanin
     if (meaning := _searched(robot, data, likely)) is None or data.missing_units:
         return meaning
     off, is_asked = meaning.best.position, meaning.best.is_plain and OTHER_ARMS.name not in meaning.tried
-    rows = usable(data) if is_asked and off > SISTER_MOVED else None
+    rows = usable(data) if is_asked and off > SISTER_OFF else None
     if rows is not None and (rival := other_arm(robot, rows, off / CLEAR)) is not None:
         return RowMeaning(best=rival, plain=meaning.plain, tried=meaning.tried)
     return meaning if likely else explained(robot, data, meaning)
@@ -72,7 +72,7 @@ def _searched(robot: Robot, data: Dataset, likely: bool) -> RowMeaning | None:
 def other_arm(robot: Robot, data: Dataset, limit: float) -> RowReading | None:
     """The built-in arm that fits points, as they are given, best and to less than a limit [m], if any."""
     search = ReadingSearch(robot, data=replace(data, rotation=None, written=None))
-    search.family(OTHER_ARMS)
+    search.family(OTHER_ARMS, most=2.0 * max(limit / robot.reach, search.bound))
     fits = (r for r in search.found if r.fits and r.motion < NARROW and r.position < limit)
     return min(fits, key=lambda r: r.score, default=None)
 

@@ -239,13 +239,21 @@ class ReadingSearch:
         limit = SURE if reading.convention and reading.motion < NARROW / 2 else FAST
         return reading.score < limit and reading.fits
 
-    def family(self, family: Family) -> None:
-        """Place the likeliest hypotheses of a family, of each arm by itself."""
+    @property
+    def bound(self) -> float:
+        """Lower bound of the misfit of the rows as given; infinite where they have other joints."""
+        has_own, q = self.data.joints == self.robot.dof, self.data.q[self.few]
+        return float(self._bounds(self.robot, flange_poses(self.robot, q[None]))[0]) if has_own else np.inf
+
+    def family(self, family: Family, *, most: float = np.inf) -> None:
+        """Place the likeliest hypotheses of a family, of each arm by itself, whose bound is below `most`."""
         for own in self.arms:
             for _, parts in groupby(family.of(own), key=lambda part: part.other):
-                self._try(family.name, list(parts), inverse=family.inverse and not self.held)
+                self._try(family.name, list(parts), inverse=family.inverse and not self.held, most=most)
 
-    def _try(self, name: str, parts: list[Hypotheses], *, inverse: bool = False) -> None:
+    def _try(
+        self, name: str, parts: list[Hypotheses], *, inverse: bool = False, most: float = np.inf
+    ) -> None:
         robot, count = parts[0].robot, HELD_PLACED if self.held else PLACED
         ranked, tried = list[tuple[float, Hypotheses, int, dict[str, Any]]](), 0
         for part in (part.moving(self.still) for part in parts):
@@ -261,7 +269,7 @@ class ReadingSearch:
                     ranked += [(float(bound[k]), some, k, way | {"cost": float(cost[k])}) for k in best]
         self.tried[name] = self.tried.get(name, 0) + tried
         ranked = sorted(ranked, key=lambda each: each[0])[:count]
-        most = np.inf if self.held or not ranked else max(30.0 * ranked[0][0], 0.08)
+        most = most if self.held or not ranked else min(most, max(30.0 * ranked[0][0], 0.08))
         near = [(some, k, way) for bound, some, k, way in ranked if bound < most]
         if readings := [RowReading(robot=robot, w=s.w[k], zero=s.zero[k], **way) for s, k, way in near]:
             refine = {"zeros": self.refined, "ratio": self.with_ratios}.get(parts[0].refined, list)
