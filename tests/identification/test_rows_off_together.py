@@ -138,3 +138,29 @@ def test_a_loose_seat_is_named_and_nothing_else_stepped():
     assert (found.causes, found.followed) == ((), ())
     assert "rows whose 'contact' is K5" in found.message
     assert "is their seat loose?" in found.message
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        (
+            lambda p: 4e-3 * p / np.linalg.norm(p, axis=1, keepdims=True),
+            "distances from the measuring frame's origin are 4",
+        ),
+        (lambda p: p * [0.0, -2e-3, 0.0], "y of the measuring frame is 0.2 % too short, "),
+        (
+            lambda p: 1e-3 * p[:, [2, 1, 0]] * [1.0, 0.0, 1.0],
+            "x and z of the measuring frame are 2 mrad off square, ",
+        ),
+    ],
+)
+def test_an_instrument_that_is_off_does_not_bend_the_arm(wrong, text):
+    """The constant of a prism made a saved arm three times worse than nominal, without a word."""
+    rows = measured((0.0, 0.0, 0.0), np.zeros(90))
+    turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    points = rows.position @ (turn * np.linalg.det(turn)).T + [1.5, -1.0, 0.4]
+    found = identify("ur5e", Dataset(q=rows.q, position=points + wrong(points)))
+    assert any(w.startswith(text) for w in found.warnings), found.warnings
+    assert not any(
+        " of the measuring frame" in w for w in identify("ur5e", Dataset(q=rows.q, position=points)).warnings
+    )

@@ -215,16 +215,17 @@ class Identification(AbstractReported, AbstractSplit):
 
     @cached_property
     def common(self) -> tuple[str, ...]:
-        """Which column parts the rows, or else which of them lie off the others together; that joints and
-        places are of different times, or, where geometry explains little, that a joint follows another."""
+        """Which column parts the rows, that the instrument's frame is drawn, or else which rows lie off the
+        others together; that joints and places are of different times, or that a joint follows another."""
         if self.identifiability.is_limited:
             return ()
         fit, used = self.best.fit, np.union1d(self.train_rows, np.r_[self.outlying, self.held_out_rows])
         said = common_errors.parted_by_column(fit, rows := self.data.take(used))
         said = said or common_errors.worse_by_column(fit, rows, rows.unread)
+        is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean
+        said = said or ("" if is_known else common_errors.distorted(fit))
         if fit.arm.effects:
             return (said,)
-        is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean
         joints = "" if self.harm else common_errors.lag(fit, self.data)
         joints = joints or ("" if is_known else common_errors.following(fit))
         return said or common_errors.two_places(fit, rows), joints

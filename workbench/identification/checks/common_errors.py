@@ -55,6 +55,7 @@ ROUNDS, ROUNDED = 8, 5e-6
 EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
 """Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
 is none."""
+LONG = ("long", "short")
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
 0.5 %), and the smallest spread of the points as a share of the reach."""
@@ -225,17 +226,29 @@ def distorted(fit: Fit) -> str:
     places = [[c is Channel.POSITION for c in b.observation.channels] for b in problem.blocks]
     if (points := problem.data.position) is None or any(sum(own) != 3 for own in places):
         return ""
-    pairs = [*combinations_with_replacement(range(3), 2)]
-    drawn = [np.outer(points[:, i], np.eye(3)[j]) + np.outer(points[:, j], np.eye(3)[i]) for i, j in pairs]
-    away = points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9)
-    moved, columns = np.nan_to_num(np.stack([away, *drawn], 2)), []
+    pairs = [*combinations_with_replacement(range(3), 2)] + [(0, 0)] * bool(problem.frames.base)
+    moved = np.stack([points[:, [i]] * np.eye(3)[j] + points[:, [j]] * np.eye(3)[i] for i, j in pairs], 2)
+    moved[:, :, 6:] = (points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9))[:, :, None]
+    columns = []
     for block, own in zip(problem.blocks, places, strict=True):
-        table = np.zeros((*block.inverse_sigma.shape, moved.shape[2]))
-        table[:, own] = -moved[block.rows]
-        columns.append(problem.whiten(block, table).reshape(-1, moved.shape[2]))
+        table = np.zeros((*block.inverse_sigma.shape, len(pairs)))
+        table[:, own] = np.nan_to_num(moved[block.rows])
+        columns.append(problem.whiten(block, table).reshape(-1, len(pairs)))
     left, ways, shares, chances = _explained(fit, problem, np.concatenate(columns))
-    print(shares, chances, (left @ ways) / (ways**2).sum(0))
-    return ""
+    best, way = int(shares.argmin()), ways[:, shares.argmin()]
+    if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
+        return ""
+    size, (i, j) = float(left @ way / (way @ way)), pairs[best]
+    what = f"distances from the measuring frame's origin are {in_mm(abs(size))} too {LONG[size < 0.0]}"
+    why = "does its prism or reflector have another constant"
+    if best < 6:
+        (a, b), why = ("xyz"[i], "xyz"[j]), "is the instrument calibrated"
+        drawn = f"is {200.0 * abs(size):.2g} % too {LONG[size < 0.0]}"
+        what = f"{a} of the measuring frame {drawn}"
+        if a != b:
+            what = f"{a} and {b} of the measuring frame are {2e3 * abs(size):.2g} mrad off square"
+    leaves = f"which alone leaves {100.0 * shares[best]:.2g} % of what the geometry does"
+    return f"{what}, {leaves}: {why}? Correct the file"
 
 
 @beside("rows that lie off together", "")
