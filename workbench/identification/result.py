@@ -189,8 +189,13 @@ class Identification(AbstractReported, AbstractSplit):
             rows = rows.take(run.saved.is_valid_for(shown))
         worse = run.refusals(rows, self.nominal_robot.reach, self.nominal.train)
         is_much = self.best.judged.main.mean > MUCH * self.nominal.judged.main.mean
+        off, vague = self.nominal.train.position_mm.rms, self.unexplained
+        if vague and (away := 1e3 * self.best.transfer.anywhere.position) > off:
+            vague += f"; elsewhere the constants' uncertainty alone is {away:.2g} mm"
+        else:
+            vague = ""
         known = [implausible_text(self.doubts(run)), self.sister, self.scale, self.computed, self.harm]
-        known += [self.missed, *(self.common if is_much else ())]
+        known += [self.missed, vague, *(self.common if is_much else ())]
         doubts = self.identifiability.refused or "; ".join(filter(None, known))
         return {"": doubts, **worse} if doubts else worse
 
@@ -229,6 +234,16 @@ class Identification(AbstractReported, AbstractSplit):
         joints = "" if self.harm else common_errors.lag(fit, self.data)
         joints = joints or ("" if is_known else common_errors.following(fit))
         return said or common_errors.two_places(fit, rows), joints
+
+    @property
+    def unexplained(self) -> str:
+        """That much is left of the nominal arm's error; empty if it isn't."""
+        before, after = self.nominal.train, self.best.train
+        if self.identifiability.is_limited or not explains_little(before, after, self.nominal_robot.reach):
+            return ""
+        left = f"{after.text('rms')} of {before.text('rms')} remain"
+        left += ", and no constant was corrected" if self.best.deviation < ROUNDING else ""
+        return f"the geometry explains little: {left}; check robot, frames and sessions"
 
     @cached_property
     def scale(self) -> str:
@@ -277,12 +292,11 @@ class Identification(AbstractReported, AbstractSplit):
         yield self.computed
         if self.suspects:
             yield suspect_note(list(self.suspects), best.judged)
-        before, after = self.nominal.train, best.train
         off, are_places = best.held_out.position_mm.rms, best.held_out_data.position is not None
         if are_places and off < 1e3 * EXACT * self.nominal_robot.reach:
             yield f"held-out rows are met to {off:.1g} mm, as are a controller's own poses ('extract')"
         if self.outliers:
-            yield set_apart(self.outliers, after, self.data)
+            yield set_apart(self.outliers, best.train, self.data)
             yield self.missed
         yield self.foreign
         yield implausible_text(best.implausible)
@@ -294,10 +308,7 @@ class Identification(AbstractReported, AbstractSplit):
                 yield f"{run.fit.algorithm.title}: held at its bound: {listed(at)}; the rows would go beyond"
         yield from best.fit.cautions
         if not own.is_limited:
-            if explains_little(before, after, self.nominal_robot.reach):
-                left = f"{after.text('rms')} of {before.text('rms')} remain"
-                left += ", and no constant was corrected" if best.deviation < ROUNDING else ""
-                yield f"the geometry explains little: {left}; check robot, frames and sessions"
+            yield self.unexplained
             yield from self.common
             yield self.scale
         yield from own.doubts
