@@ -46,7 +46,7 @@ BUDGETS = {
     "diagnosis": 6_584,
     "exports": 588,
     "session": 6_092,
-    "views": 6_722,
+    "views": 6_712,
     "cli": 1_343,
     "extras": 1,
     "extras/camera": 3_470,
