@@ -24,6 +24,8 @@ import workbench as wb
 from tests.exports import readers
 from tests.session.direct_commands import done
 from workbench.arm.robot_toml import robot_text
+from workbench.arm.usable_arm import carried_text
+from workbench.base.wording import in_mm
 from workbench.cli.exit_status import UNUSABLE
 from workbench.exports import FORMS, Job, export_robot
 from workbench.identification.result import Identification
@@ -144,6 +146,7 @@ def to_the_last_digit(found: Identification, toml: Path, urdf: Path, rows: trip.
     if found.robot.effects:  # what `export` says of the URDF then
         alone = found.best.file_errors["URDF"].position_mm.mean
         assert record["geometry_error"][0] == pytest.approx(1e-3 * alone, abs=1e-12)
+        assert carried_text(found.best.calibrated)[0].startswith(f"URDF about {in_mm(1e-3 * alone)}")
 
 
 def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callable, **_) -> trip.Saved:

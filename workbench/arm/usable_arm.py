@@ -46,8 +46,8 @@ LIMIT_SAMPLES = 500
 """Number of joint positions sampled within the limits if none are known."""
 NO_DIFFERENCE = 1e-9
 """Difference [m] that counts as zero."""
-NOTICED_RISE = 1.1
-"""Ratio above which an error that was measured counts more than the one that is expected."""
+NOTICED_RISE, ALIKE = 1.1, 1.01
+"""Ratios above which a measured error counts more than the expected one; up to which two errors are one."""
 MAX_ITERATIONS, RANK = 30, 1e-9
 """Maximum number of Gauss–Newton steps, and relative singular value below which none goes along."""
 
@@ -189,11 +189,8 @@ def unobserved_text(robot: Robot, arms: Mapping[str, Robot] | None = None) -> tu
         size += [] if sees_rotation else [_in_degrees(off.rotation)]
         sizes.append(" and ".join(size) + (f" ({name})" if name else ""))
     far = f"the flange differs from nominal by {', '.join(sizes)}, mean over {len(seen.q)} measured poses"
-    tool = (
-        ""
-        if sees_rotation
-        else ", so errors hold for the tool that was measured ('calibrated_tool' in a URDF)"
-    )
+    tool = ", so errors hold for the tool that was measured ('calibrated_tool' in a URDF)"
+    tool = "" if sees_rotation else tool
     return (f"{seen.missing}{tool}; {far}",)
 
 
@@ -225,9 +222,12 @@ def away_text(
         return (f"the {name} is {at}",)
     used, loads = np.hypot(own.position, left.position_mean), ""
     alone = None if effects else robot.calibration.geometry_error
-    if alone is not None and alone.position > NOTICED_RISE * used:
+    if alone is not None and (name == "URDF" or alone.position > NOTICED_RISE * used):
         used, loads = alone.position, " at the loads and temperatures that were measured"
-    return (f"{name} about {in_mm(used)}{loads} · TOML {in_mm(own.position)}: the {name} is {at}",)
+    both = f"{name} about {in_mm(used)}{loads} · TOML {in_mm(own.position)}: " * bool(
+        used > ALIKE * own.position
+    )
+    return (f"{both}the {name} is {at}",)
 
 
 def expected_error(robot: Robot, left: PoseErrors) -> Expected | None:

@@ -14,7 +14,6 @@ from contextvars import ContextVar
 from functools import partial
 from os.path import exists
 from pathlib import Path
-from typing import BinaryIO
 
 from workbench.base.errors import FileError
 
@@ -52,23 +51,17 @@ def read_bytes(
         maximum: The largest size that is read [bytes].
         opener: How it is opened; None: as usual.
     """
+    parts, left = list[bytes](), maximum + 1
     try:
-        with open(path, "rb", opener=opener) as file:
-            content = _all_of(file, maximum + 1)
+        with open(path, "rb", opener=opener) as file:  # all at once would have its memory beforehand
+            while left > 0 and (part := file.read(min(left, CHUNK_BYTES))):
+                parts.append(part)
+                left -= len(part)
     except (OSError, ValueError) as error:  # a name with a zero byte is the latter
         why = error.strerror if isinstance(error, OSError) else error
         raise FileError(f"can't be opened ({why}); give {wanted}", path=str(path)) from None
-    if len(content) > maximum:
+    if left <= 0:
         raise FileError(f"has more than {maximum / 2**20:.0f} MiB; give {wanted}", path=str(path))
-    return content
-
-
-def _all_of(file: BinaryIO, maximum: int) -> bytes:
-    """So many bytes, or all there are; asked for at once, they would have their memory beforehand."""
-    parts: list[bytes] = []
-    while maximum > 0 and (part := file.read(min(maximum, CHUNK_BYTES))):
-        parts.append(part)
-        maximum -= len(part)
     return b"".join(parts)
 
 

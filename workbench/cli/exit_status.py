@@ -167,12 +167,16 @@ def run(command: Callable[[Sequence[str]], int | None], arguments: Sequence[str]
     return status
 
 
-def _status_and_sentence(error: BaseException) -> tuple[int, str]:
+def _status_and_sentence(error: Any) -> tuple[int, str]:
     """Exit status and sentence for an exception; a bug is raised again."""
     if isinstance(error, typer.Abort):  # so typer calls what stopped it
         error = error.__cause__ or KeyboardInterrupt()
     if isinstance(error, UsageError):
-        _show_usage(error)
+        if "extra argument" in error.message and "data" in [p.name for p in error.ctx.command.params]:
+            from workbench.data.readers.file_kind import ONE_TABLE
+
+            error.message += f"; {ONE_TABLE}"
+        error.show()
         return WRONG_USAGE, ""
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, STOPPED
@@ -188,14 +192,6 @@ def _status_and_sentence(error: BaseException) -> tuple[int, str]:
         where = f"{error.filename}: " if error.filename else ""
         return NO_RESULT, brief(f"{where}{error.strerror or error}; make room, or choose another place")
     raise error
-
-
-def _show_usage(error: Any) -> None:
-    if "extra argument" in error.message and "data" in [p.name for p in error.ctx.command.params]:
-        from workbench.data.readers.file_kind import ONE_TABLE
-
-        error.message += f"; {ONE_TABLE}"
-    error.show()
 
 
 def _discard_output() -> None:

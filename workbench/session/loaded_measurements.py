@@ -67,7 +67,8 @@ class Loaded:
     def counter(self) -> TableColumn | None:
         """A column that counts the rows, and says nothing else but the name of a point."""
         columns = () if self.file is None else self.file.preview.columns
-        counts = (c for c in columns if c.key in (None, "point") and all(map(str.isdecimal, c.cells)))
+        some = (c for c in columns if c.key in (None, "point") and c.cells)
+        counts = (c for c in some if all(map(str.isdecimal, c.cells)))
         return next((c for c in counts if [*map(int, c.cells)] == sorted({*map(int, c.cells)})), None)
 
     def own_number(self, row: int) -> int:

@@ -22,8 +22,7 @@ class AbstractView(ABC):
     def draw(self, session: Session) -> None:
         """Show this snapshot. What did not change since the last one is the same object."""
 
-    @abstractmethod
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027
         """Stop showing; nothing is drawn afterwards."""
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.views.recording.canvas import STEP, TIME
+from workbench.views.recording.rerun_output import STEP, TIME
 
 
 @pytest.fixture(scope="module")

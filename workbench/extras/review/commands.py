@@ -38,12 +38,13 @@ def replay(
     recording: RecordingArgument, to: Annotated[int | None, option("Replay only up to this step.")] = None
 ) -> None:
     """Replay a recorded session and compare its numbers with the recorded ones."""
-    from workbench.session.journal import reader, restore
+    from workbench.session.journal.reader import read_recording
+    from workbench.session.journal.replay import restore
 
-    found = reader.read_recording(recording, to=to)
+    found = read_recording(recording, to=to)
     opt.say_notes(found.notes)
     with opt.progress_bar("replay"):
-        replayed = restore.restore(found, is_computed=True)
+        replayed = restore(found, is_computed=True)
     says = replayed.warning or "all the same"
     opt.say(f"{plural(len(found.lines), 'step')}, {replayed.compared} numbers compared: {says}")
     opt.write_result(replayed.json())

@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import Element
 from workbench.arm.kinematics import skeleton
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
@@ -63,7 +62,9 @@ def make_bodies(
     radii = swell * robot.reach * np.linspace(FIRST_LINK_RADIUS, LAST_LINK_RADIUS, max(len(order), 2))
     bodies: list[Body | None] = [None] * len(order)
     for i, k in enumerate(order):
-        housing = _housing(robot.chain.elements[drivers[k]], SLIM * float(radii[i]), first=i == 0)
+        axis, wide = np.eye(3)[robot.chain.elements[drivers[k]].axis % 3], SLIM * float(radii[i])
+        housing = cylinder(1.16 * wide, -wide if i else 0.0, wide, bevel=0.3 * wide)  # not into the ground
+        housing = housing.moved(along(axis, np.zeros(3)))
         bodies[k] = _link(paths[k + 1], float(radii[i]), housing, last=i == len(order) - 1)
     foot = _foot(robot, paths[0], float(radii[0])) if has_foot else Body(())
     return (foot, *(b for b in bodies if b is not None))
@@ -114,12 +115,6 @@ def _link(path: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *,
     if probe:
         parts.append(Part(merged(probe), PROBE))
     return Body(tuple(parts))
-
-
-def _housing(element: Element, radius: float, *, first: bool) -> Solid:
-    """A cylinder about the joint's axis; the first one does not reach down into the ground."""
-    solid = cylinder(1.16 * radius, 0.0 if first else -radius, radius, bevel=0.3 * radius)
-    return solid.moved(along(np.eye(3)[element.axis % 3], np.zeros(3)))
 
 
 def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarray, list[Solid]]:

@@ -73,9 +73,8 @@ def branches(session: Session) -> Iterator[Item]:
     now = session.states[session.selected].q
     found = branches_to(session.robot, session.plate.targets[session.selected]) if is_shown else ()
     others = [branch.q for branch in found if np.abs(branch.q - now).max() > SAME_POSTURE]
-    for i in range(MAX_BRANCHES):
-        q = others[i] if i < len(others) else None
-        yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)
+    for i, q in enumerate(others[:MAX_BRANCHES], start=1):
+        yield Item(f"arm/branch/{i}", _branch, (session.robot, q))
 
 
 def real_arm(
@@ -97,8 +96,6 @@ def _glow_label(robot: Robot, q: np.ndarray, joint: int, text: str) -> Label | N
     return Label(text=text, place=place) if text else None
 
 
-def _branch(robot: Robot, q: np.ndarray | None) -> Arm | None:
-    if q is None:
-        return None
+def _branch(robot: Robot, q: np.ndarray) -> Arm:
     bodies = make_bodies(robot, swell=0.9, is_plain=True)
     return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=BRANCH, opacity=0.13)

@@ -38,7 +38,7 @@ def note(sentence: str, testid: str) -> str:
 
 def heading(title: str) -> str:
     return (
-        f'<div style="font-weight:600;font-size:12px;color:{MUTED};letter-spacing:.02em;'
+        f'<div style="font-weight:600;{SMALLER};color:{MUTED};letter-spacing:.02em;'
         f'margin:8px 0 3px">{text(title)}</div>'
     )
 

@@ -105,9 +105,6 @@ class BrowserView(AbstractView):
                 warn_of_broken(name, error)
             return None
 
-    def close(self) -> None:
-        """The server is closed by its owner."""
-
 
 def _build_panels(
     server: viser.ViserServer, worker: Worker, card: StartCard, signals: PageSignals
@@ -137,7 +134,6 @@ def _build_panels(
             if tab is Tab.ROBOT:
                 card.build_reopen_button(gui)
             make_all(tab)
-    tabs.ready()
     make(Messages(worker))
     make(LegendPanel(worker))
     make(card)

@@ -76,10 +76,9 @@ class Tabs:
     def __init__(self, server: viser.ViserServer, *, first: Tab | None = None):
         self._server, self._opened = server, first
         self.group = server.gui.add_tab_group()
-
-    def ready(self) -> None:
-        """All tabs are there: open the first one on every page, those included that have come before it."""
-        self._server.on_client_connect(lambda client: self.open_on(client, self._opened))
+        server.on_client_connect(
+            lambda client: self.open_on(client, self._opened)
+        )  # pages that are there, too
 
     def open(self, tab: Tab) -> None:
         """Open a tab on every page, and on those that come later."""

@@ -7,7 +7,7 @@ that moves in the scene, the title a text, and bars and result are those of the 
 import rerun as rr
 import rerun.blueprint as rrb
 
-from workbench.views.recording.canvas import EYE, PATHS, STEP
+from workbench.views.recording.rerun_output import EYE, PATHS, STEP
 
 GROUND = (246, 248, 251)
 NO_LEGEND = rrb.PlotLegend(visible=False)

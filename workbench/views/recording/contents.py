@@ -21,7 +21,7 @@ from workbench.views.drawables.scene_contents import items
 from workbench.views.drawables.sink import Item
 from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.recording.blueprint import blueprint
-from workbench.views.recording.canvas import EYE, PATHS, Canvas
+from workbench.views.recording.rerun_output import EYE, PATHS, Canvas
 from workbench.views.recording.rerun_sink import RecordingSink, markdown
 from workbench.views.recording.sentences import about, headline
 from workbench.views.recording.timelines import Log, Series

@@ -20,7 +20,7 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, Entry, Moment, Notify
 
 if TYPE_CHECKING:  # rerun is read by the recorder's thread
-    from workbench.views.recording.canvas import Canvas
+    from workbench.views.recording.rerun_output import Canvas
 
 STEM = "session"
 INTERVAL = 0.1
@@ -124,8 +124,7 @@ def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0
     """
 
     def open_canvas(session: Session, notify: Callable[[str], None]) -> "Canvas":
-        from workbench.views.recording.canvas import Canvas
-        from workbench.views.recording.rerun_output import AbstractOutlet, FileOutlet, ViewerOutlet
+        from workbench.views.recording.rerun_output import AbstractOutlet, Canvas, FileOutlet, ViewerOutlet
 
         name = "session" if folder is None else folder.name
         outlets: list[AbstractOutlet] = []

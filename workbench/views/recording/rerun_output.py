@@ -1,4 +1,7 @@
-"""Outputs of a recording: a file, or an open viewer.
+"""Outputs of a recording: a file, an open viewer, or both.
+
+Two timelines and no others: `step` (commands of the session), and `session_time` (seconds of a clock that
+never jumps).
 
 rerun's own file sink waits for ever once the disk is full. It writes into a pipe instead, and a thread moves
 the bytes into the file: what finds no room waits in memory, and after too much of it the rest is dropped.
@@ -9,14 +12,21 @@ import os
 import socket
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
 import rerun as rr
+import rerun.blueprint as rrb
 
 from workbench.base.errors import OptionError
+from workbench.session.comparison import ModelStage
 
+STEP, TIME = "step", "session_time"
+EYE = "world/eye"
+"""The camera that looks at the scene."""
+PATHS = {stage: stage.name.lower() for stage in ModelStage}
 OPEN_FILES = "/proc/self/fd" if os.path.isdir("/proc/self/fd") else "/dev/fd"
 """Where the files that this process has open stand by their numbers: on Linux; on macOS."""
 PORT = 9876
@@ -124,3 +134,36 @@ def url_of(address: str) -> str:
         raise OptionError(
             f"no rerun viewer listens at '{address}'; start one with 'rerun', or give its HOST:PORT"
         ) from None
+
+
+class Canvas:
+    """Draws into every outlet alike."""
+
+    def __init__(self, outlets: Sequence[AbstractOutlet]):
+        self._outlets = tuple(outlets)
+
+    def at(self, step: int, seconds: float) -> None:
+        """What follows belongs to this step."""
+        for outlet in self._outlets:
+            outlet.stream.set_time(STEP, sequence=step)
+            outlet.stream.set_time(TIME, duration=seconds)
+
+    def arrange(self, layout: rrb.Blueprint) -> None:
+        """Lay out the viewer."""
+        for outlet in self._outlets:
+            outlet.stream.send_blueprint(layout)
+
+    def log(self, path: str, *what: Any, static: bool = False) -> None:
+        for outlet in self._outlets:
+            outlet.stream.log(path, *what, static=static, strict=True)
+
+    def clear(self, path: str) -> None:
+        self.log(path, rr.Clear(recursive=True))
+
+    def flush(self) -> None:
+        for outlet in self._outlets:
+            outlet.stream.flush()
+
+    def close(self) -> None:
+        for outlet in self._outlets:
+            outlet.close()

@@ -13,7 +13,7 @@ from workbench.base import se3
 from workbench.views.appearance.shapes import Solid, cuboid_edges
 from workbench.views.drawables.drawable import FILL, Arm, Arrows, Cubes, Cuboid, Label, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
-from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.rerun_output import Canvas
 
 LABEL = (0, 0, 0)
 THIN = 0.0015

@@ -16,7 +16,7 @@ from workbench.session.state import Session
 from workbench.session.view import Ending, Moment
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.sink import differences
-from workbench.views.recording.canvas import PATHS, Canvas
+from workbench.views.recording.rerun_output import PATHS, Canvas
 from workbench.views.recording.sentences import sentence
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}

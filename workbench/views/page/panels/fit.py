@@ -131,7 +131,9 @@ def _warnings(found: Identification, session: Session) -> str:
     first = [f"not fitted: data row{'s' * (len(out) > 1)} {first_of(out, MAX_OUT)}"] if out else []
     kept = [c.text for c in found.best.fit.weakly_observable]  # among the details: nothing is to be done
     told = (one for one in (*first, *found.warnings) if not any(text in one for text in kept))
-    named = (ROWS.sub(lambda row: name(int(row[0])), one) for one in told)
+    loaded = session.measurements.loaded
+    counted = f" ({loaded.dataset.counted})" if loaded is not None and loaded.counter is not None else ""
+    named = (ROWS.sub(lambda row: name(int(row[0])), one.replace(counted, "")) for one in told)
     style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in named]
     seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")

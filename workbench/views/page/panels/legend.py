@@ -57,6 +57,10 @@ class LegendPanel(AbstractPanel):
     )
 
     def build(self, gui: viser.GuiApi) -> None:
+        def look(event: viser.GuiEvent) -> None:
+            if event.client is not None:
+                aim(event.client, *first_view(self.session))
+
         window = gui.add_panel()
         with window.add_tab("Legend"):
             self.html(self._key)
@@ -71,7 +75,6 @@ class LegendPanel(AbstractPanel):
                 value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
             )
             hint = "Look at the whole arm again, with its plate or its rows."
-            look = lambda event: event.client and aim(event.client, *first_view(self.session))  # noqa: E731
             self.press("Whole view", look, viser.Icon.HOME, hint)
         self.form(lambda times: self.overlaid(exaggeration=times), self.add(times))
         window.float(x=MARGIN, y=MARGIN, width=WIDTH)
