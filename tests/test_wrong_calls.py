@@ -10,7 +10,6 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import numpy as np
-import pandas as pd
 import pytest
 from refusals import refuses
 
@@ -177,6 +176,8 @@ def test_choices_are_taken_as_people_write_them(given, meant):
 def test_names_files_and_frames_stand_for_robots_and_data(tmp_path):
     csv = wb.write_measurements(rows(), tmp_path / "rows.csv")
     exact = wb.evaluate(arm(), wb.read_measurements(csv)).errors.position_mm
+    import pandas as pd
+
     for robot, data in (("aria", csv), (arm(), str(csv)), (arm(), pd.read_csv(csv))):
         assert wb.evaluate(robot, data).errors.position_mm == exact
     assert len(wb.FitChoices(held_out=str(csv)).held_out) == N

@@ -8,11 +8,6 @@ from workbench import Motion, identification_jacobian
 from workbench.arm.linearisation import Linearisation, linearise
 
 
-@pytest.fixture
-def q(aria):
-    return any_joints(aria, 10, seed=3)
-
-
 def of_matrix(jacobian, *, rows=1, sigma=1.0, units=None, length=1.0) -> Linearisation:
     jacobian = np.array(jacobian, float)
     m, p = jacobian.shape
@@ -43,7 +38,8 @@ def test_covariance_and_rank_below_full_rank():
     assert np.allclose(linearisation.covariance, np.outer([1.0, 2.0], [1.0, 2.0]) / 125.0)
 
 
-def test_rows_are_divided_by_their_deviations(aria, q):
+def test_rows_are_divided_by_their_deviations(aria):
+    q = any_joints(aria, 10, seed=3)
     found = linearise(aria, q)
     twists = identification_jacobian(aria, Motion(q))[1]
     np.testing.assert_allclose(

@@ -1,18 +1,13 @@
 """Rows that are clearly those of another arm, which it refuses to fit."""
 
-import pytest
 from refusals import mentions
 
 from tests.arm.test_urdf import with_jaw
 
 
-@pytest.fixture
-def rows(run, tmp_path):
-    assert run("simulate", "--robot", "ur5", "--poses", 40, "--seed", 2, "--out", "ur5.csv")[0] == 0
-    return tmp_path / "ur5.csv"
-
-
-def test_rows_of_another_arm_give_no_result_unless_forced(run, told, rows, tmp_path):
+def test_rows_of_another_arm_give_no_result_unless_forced(run, told, tmp_path):
+    rows = "ur5.csv"
+    assert run("simulate", "--robot", "ur5", "--poses", 40, "--seed", 2, "--out", rows)[0] == 0
     for command in ("identify", "diagnose"):
         status, _, err = run(command, rows, "--robot", "aria", "--json", "r.json")
         assert status == 1

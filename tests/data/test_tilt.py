@@ -39,21 +39,16 @@ def test_by_hand_a_link_that_rolled_by_30_degrees():
         np.testing.assert_allclose(np.rad2deg(reading(seen_from(link))), turned[:2], atol=1e-12)
 
 
-@pytest.fixture(scope="module")
-def arm():
-    """A UR5 on a slanted wall: its gravity is not along its own z axis."""
-    gravity = se3.rotvec_to_matrix(np.array([0.4, -0.7, 0.0])) @ np.array([0.0, 0.0, -9.81])
-    return load_robot("ur5").under(frozen(gravity))
-
-
 def offsets(robot):
     """Joint offsets that an inclinometer can show: not that of the first joint, and all of the others."""
     return [f"joint{j + 1}.theta" for j in range(1, robot.dof)]
 
 
-def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
-    """From a file as it is written, in a place and with a tool that nobody knows."""
+def test_joint_offsets_are_found_from_tilts_alone(tmp_path):
+    """A UR5 on a slanted wall, from a file as it is written, in a place and with a tool that nobody knows."""
     rng = np.random.default_rng(0)
+    gravity = se3.rotvec_to_matrix(np.array([0.4, -0.7, 0.0])) @ np.array([0.0, 0.0, -9.81])
+    arm = load_robot("ur5").under(frozen(gravity))
     wrong = dict(zip(offsets(arm), rng.uniform(-0.02, 0.02, arm.dof - 1).tolist(), strict=True))
     actual = arm.with_values({n: v + arm.chain.values[arm.chain.index[n]] for n, v in wrong.items()})
     moved = Frame(frozen(np.array([1.0, 2.0, 3.0])), frozen(se3.rotvec_to_matrix(np.array([0.3, 0.2, 1.0]))))

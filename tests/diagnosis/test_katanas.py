@@ -36,17 +36,11 @@ def test_the_arm_as_made_stands_where_the_generator_says(seed):
     assert np.abs(off[firm, :3]).max() < 1e-6
 
 
-@pytest.fixture(scope="module")
-def diagnosed():
-    """An arm whose sizes are those of the tables, and what was found blind."""
-    case = make_katana(SEED, spread=0.0)
-    return case, diagnose(case.robot, case.data, held_out=0.0)
-
-
 @pytest.mark.slow
-def test_clearance_and_backlash_are_found_blind_from_poses(diagnosed):
+def test_clearance_and_backlash_are_found_blind_from_poses():
     """Joints 2 to 5 within 15 % of Table 4.3, and within four standard errors."""
-    case, result = diagnosed
+    case = make_katana(SEED, spread=0.0)
+    result = diagnose(case.robot, case.data, held_out=0.0)
     found = {
         name: (value, std)
         for e in result.effects

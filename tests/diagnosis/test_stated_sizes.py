@@ -26,13 +26,6 @@ def test_an_order_is_named_where_the_rows_hold_a_period(order, degrees, named):
     assert float(result.partition("up to ")[2].split()[0]) <= 1.0
 
 
-@pytest.fixture(scope="module")
-def measured():
-    """Poses that were measured several times each, with an error of each pose and less of each reading."""
-    _, rows = measure_poses(ARIA, 3 * MIN_PLACES, instrument="ideal", seed=5)
-    return rows.take(np.repeat(np.arange(len(rows)), REPEATS))
-
-
 def fitted(rows, shared, own):
     rng = np.random.default_rng(2)
     place = np.arange(len(rows)) // REPEATS
@@ -43,8 +36,10 @@ def fitted(rows, shared, own):
     return replace(fit, problem=replace(fit.problem, shares=None))  # rows alone, as a diagnosis fits them
 
 
-def test_standard_errors_count_places_whose_rows_share_an_error(measured):
+def test_standard_errors_count_places_whose_rows_share_an_error():
     """Readings of one pose that all err alike tell no more than one: ± grows by the root of their number."""
+    _, rows = measure_poses(ARIA, 3 * MIN_PLACES, instrument="ideal", seed=5)
+    measured = rows.take(np.repeat(np.arange(len(rows)), REPEATS))
     together, separate = (dependence(fitted(measured, *sizes)) for sizes in ((1e-4, 1e-6), (0.0, 1e-4)))
     assert np.median(together) == pytest.approx(np.sqrt(REPEATS), rel=0.25)
     assert np.median(separate) < 1.2

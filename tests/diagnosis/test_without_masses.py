@@ -20,18 +20,14 @@ def massless(robot):
     return replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints))
 
 
-def with_torques(case):
-    """The rows with the moments about the axes, as sensors in the joints would read them."""
-    moments = straight_moments(case.actual, case.state)[:, :, 2]
-    noise = np.random.default_rng(case.seed).normal(0.0, TORQUE_NOISE, moments.shape)
-    return replace(case.data, torque=moments + noise)
-
-
 @pytest.mark.parametrize(("arm", "seed"), [CASES[0], *(slow(*case) for case in CASES[1:])])
 @pytest.mark.parametrize("measured", [True, False])
 def test_the_soft_joint_is_named(arm, seed, measured):
     case = make("compliance", seed, arm)
-    found = diagnose(massless(case.robot), with_torques(case) if measured else case.data)
+    moments = straight_moments(case.actual, case.state)[:, :, 2]
+    noise = np.random.default_rng(case.seed).normal(0.0, TORQUE_NOISE, moments.shape)
+    data = replace(case.data, torque=moments + noise) if measured else case.data
+    found = diagnose(massless(case.robot), data)
     name = "joint-compliance" if measured else "gravity-sag"
     assert [(e.effect.name, e.effect.joints) for e in found.effects] == [(name, case.truth[0].joints)]
     before, after = (v.held_out.position_mm.mean for v in (found.before, found.after))

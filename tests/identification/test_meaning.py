@@ -130,7 +130,7 @@ def test_a_slide_that_follows_a_turn_a_little_is_told_after_the_fit():
 
 def test_rows_tell_units_of_what_slides_and_without_orientations_that_fit_none():
     robot, data = measured("scara", with_rotation=True)
-    data = data.take(np.arange(15))
+    data = data.take(np.arange(8))  # fewer than a part may have
     for factor, unit, turned in ((1.0, "m", None), (1e3, "mm", data.rotation[::-1].copy())):
         shown = replace(data, q=data.q * [1, 1, factor, 1], rotation=None, missing_units="J1: rad or deg")
         read = as_read(robot, replace(shown, rotation=turned))[1]

@@ -39,16 +39,10 @@ def test_a_search_that_stalls_at_the_noise_floor_has_converged(algorithm, promis
     assert algorithm.search(Kink(promise)).outcome is outcome
 
 
-@pytest.fixture
-def measured(run):
-    """A file of 30 poses in the folder where commands run."""
-    assert run("simulate", "--robot", "aria", "--poses", 30, "--out", "d.csv")[0] == 0
-    return "d.csv"
-
-
 @pytest.mark.parametrize("command", [("identify", "--algorithm", "ols,opt2"), ("diagnose",)])
-def test_a_fit_that_did_not_converge_says_so_on_standard_error(command, run, measured, monkeypatch):
+def test_a_fit_that_did_not_converge_says_so_on_standard_error(command, run, monkeypatch):
     """It ended with status 2 and not a word."""
+    assert run("simulate", "--robot", "aria", "--poses", 30, "--out", "d.csv")[0] == 0
     for kind in (Ols, Opt2):
         search = kind.search
 
@@ -57,7 +51,7 @@ def test_a_fit_that_did_not_converge_says_so_on_standard_error(command, run, mea
             return SearchOutcome(found.x, Outcome.STALLED, found.history)
 
         monkeypatch.setattr(kind, "search", stalled)
-    status, out, err = run(command[0], measured, "--robot", "aria", *command[1:])
+    status, out, err = run(command[0], "d.csv", "--robot", "aria", *command[1:])
     assert status == 2
     assert "held out" in out
     (line,) = err.strip().splitlines()

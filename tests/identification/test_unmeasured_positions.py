@@ -11,16 +11,9 @@ import pytest
 from points_and_tilts import DH, hidden, points, robot_file, upwards, write_mixed, write_rows
 
 
-@pytest.fixture
-def mixed(tmp_path):
-    return write_mixed(tmp_path)
-
-
-def test_evaluate_reports_the_measured_positions_alone(mixed, run, tmp_path):
-    q, xyz, tilt = mixed
-    status, out, err = run("evaluate", "mixed.csv", "--robot", "arm.toml", "--json", "r.json")
-    assert status == 0, err
-    found = json.loads((tmp_path / "r.json").read_text())
+def test_evaluate_reports_the_measured_positions_alone(told, tmp_path):
+    q, xyz, tilt = write_mixed(tmp_path)
+    found, out = told("evaluate", "mixed.csv", "--robot", "arm.toml")
     off = 1e3 * np.linalg.norm(points(DH, q) - xyz, axis=1)[:10]
     for name, value in (("mean", off.mean()), ("rms", np.sqrt((off**2).mean())), ("max", off.max())):
         assert found["errors"]["position_mm"][name] == pytest.approx(value, rel=1e-6)
@@ -35,7 +28,7 @@ def test_evaluate_reports_the_measured_positions_alone(mixed, run, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["identify", "diagnose"])
-def test_a_fit_reports_the_held_out_points_alone(command, run, tmp_path):
+def test_a_fit_reports_the_held_out_points_alone(command, told, tmp_path):
     """Held out: 15 points and 15 inclinometer rows; the mean is recomputed from the saved file."""
     made = hidden(1e-3, seed=5)
     write_rows(tmp_path / "fit.csv", made, seen=60, tilted=20, seed=1, noise=1e-4)
@@ -43,9 +36,7 @@ def test_a_fit_reports_the_held_out_points_alone(command, run, tmp_path):
     robot_file(tmp_path / "arm.toml")
     options = ("fit.csv", "--robot", "arm.toml", "--held-out", "held.csv", "--noise", "0.1mm,0.001deg")
     options += ("--algorithm", "ols") if command == "identify" else ()
-    status, _, err = run(command, *options, "--save", "cal.toml", "--json", "r.json", "--report", "out")
-    assert status == 0, err
-    found = json.loads((tmp_path / "r.json").read_text())
+    found, _ = told(command, *options, "--save", "cal.toml", "--report", "out")
     saved = tomllib.loads((tmp_path / "cal.toml").read_text())
     dh = np.array([[joint[name] for name in ("theta", "d", "a", "alpha")] for joint in saved["joint"]])
     off = 1e3 * np.linalg.norm(points(dh, q) - xyz, axis=1)[:15]

@@ -1,7 +1,6 @@
 """The ISO cube: largest, its diagonal planes met, all joints moved; and what it says where there is none."""
 
 import numpy as np
-import pytest
 
 from workbench import Region
 from workbench.plate.poses.iso_cube import MIN_MOVE, iso_cube_poses, largest_full, plane_points
@@ -14,11 +13,6 @@ def on_planes(shares):
     """Which points of the unit cube lie on one of the standard's diagonal planes."""
     x, y, z = shares.T
     return np.min(np.abs([y - z, x + z - 1.0, y + z - 1.0, x - z]), axis=0) < 1e-9
-
-
-@pytest.fixture(scope="module")
-def poses(katana):
-    return iso_cube_poses(katana, rng=np.random.default_rng(3))
 
 
 def test_cubes_of_voxels_against_brute_force():
@@ -39,7 +33,8 @@ def test_the_standards_points_come_first():
     assert (np.abs(points - 0.5).max(axis=1) > 0.499).sum() >= 4
 
 
-def test_the_poses_stand_on_the_planes_and_move_all_joints(katana, poses):
+def test_the_poses_stand_on_the_planes_and_move_all_joints(katana):
+    poses = iso_cube_poses(katana, rng=np.random.default_rng(3))
     places = in_base(katana, poses.q)[:, :3, 3]
     shares = (places - poses.cube.min) / poses.cube.size
     assert len(shares) == 118

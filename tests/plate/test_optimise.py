@@ -26,11 +26,6 @@ def goal(aria, plate):
     return plate_region_poses(aria, plate)
 
 
-@pytest.fixture(scope="module")
-def table2(aria, plate, solutions, goal):
-    return choose_branches(aria, plate, solutions, goal=goal, rng=rng(0))
-
-
 def optimise_plate(robot, plate, **given):
     """As the plate says, with the usual margins."""
     given = {"constraints": Constraints(), "production": plate.production, **given}
@@ -63,7 +58,8 @@ def predicted(robot, q, goal):
 
 
 @pytest.mark.slow
-def test_mixed_branches_beat_the_best_mix_of_table_2(aria, goal, table2, mixed):
+def test_mixed_branches_beat_the_best_mix_of_table_2(aria, plate, solutions, goal, mixed):
+    table2 = choose_branches(aria, plate, solutions, goal=goal, rng=rng(0))
     assert mixed.cost == pytest.approx(predicted(aria, np.stack([t.q for t in mixed.plate.targets]), goal))
     assert mixed.start_cost == pytest.approx(table2.cost, rel=0.02)
     assert table2.cost / mixed.cost > 1.1

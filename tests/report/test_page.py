@@ -10,13 +10,6 @@ from workbench.diagnosis.report.results_json import diagnosis_json, write_diagno
 from workbench.identification.report.results_json import identification_json, write_identification
 from workbench.report.json import plain
 
-
-@pytest.fixture(scope="module")
-def rows():
-    robot = load_robot("aria")
-    return robot, measure_poses(robot, 60, effects=("joint-compliance:2",), seed=1)[1]
-
-
 PAGES = {
     "result": (identify, write_identification, {"wanted": Wanted(position=1e-3)}, identification_json),
     "diagnosis": (diagnose, write_diagnosis, {}, diagnosis_json),
@@ -24,9 +17,10 @@ PAGES = {
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_a_page_stands_alone_with_its_numbers_beside_it(name, rows, tmp_path):
+def test_a_page_stands_alone_with_its_numbers_beside_it(name, tmp_path):
     verb, write, options, numbers = PAGES[name]
-    found = verb(*rows)
+    _, rows = measure_poses(load_robot("aria"), 60, effects=("joint-compliance:2",), seed=1)
+    found = verb(load_robot("aria"), rows)
     text = write(found, tmp_path / "new", **options).read_text("utf-8")
     assert not re.search(r"<script|<link|@import|src=|url\((?!#)", text)  # nothing is loaded or run
     assert text.count("<svg") == 2

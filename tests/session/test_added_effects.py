@@ -18,13 +18,9 @@ from workbench.session.export import next_poses_csv, report_zip
 from workbench.session.stages import stages
 
 
-@pytest.fixture(scope="module", params=["direction", *map(slow, ("payload", "temperature", "time"))])
-def measured(request, tmp_path_factory):
-    return driven_file(request.param, tmp_path_factory.mktemp("driven"))
-
-
-def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
-    path, name = measured
+@pytest.mark.parametrize("driver", ["direction", *map(slow, ("payload", "temperature", "time"))])
+def test_what_was_found_is_added_and_compared_as_evaluate_does(driver, do, tmp_path):
+    path, name = driven_file(driver, tmp_path)
     session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
     assert [effect.name for effect in session.results.accepted] == [name], session.page.messages
     rows = session.results.comparison

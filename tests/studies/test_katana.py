@@ -10,21 +10,16 @@ from workbench import Motion, load_robot, tool_poses
 from workbench.base import se3
 
 
-@pytest.fixture
-def found(katana):
-    return katana
-
-
 @pytest.mark.slow
-def test_what_must_agree_agrees(found):
+def test_what_must_agree_agrees(katana):
     agree(
-        found,
+        katana,
         ("Table 4.5", "conventional / with tilting"),
         ("Table 4.5", "conventional: mean |ΔP| at least"),
         ("Table 3.3", "mean motion"),
         ("§3.7", "influence based better by"),
     )
-    circle, *_, other = (path.motion.q.mean(axis=0) for path in found.tracking.paths)
+    circle, *_, other = (path.motion.q.mean(axis=0) for path in katana.tracking.paths)
     assert np.abs(circle - other).max() > 1.0  # another posture
 
 

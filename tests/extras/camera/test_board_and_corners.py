@@ -52,16 +52,11 @@ def pictures():
     return [view(printed(), k, eye, (0.075, 0.105, 0.0), roll) for k, (eye, roll) in enumerate(VIEWS)]
 
 
-@pytest.fixture
-def folder(tmp_path, pictures):
+def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, tmp_path):
     for k, (_, picture) in enumerate(pictures):
         cv2.imwrite(str(tmp_path / f"{k}.png"), picture)
-    return tmp_path
-
-
-def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, folder):
     target = charuco_target(BOARD, "tool")
-    found = find_corners(folder, Rig((CAMERA,), (target,)))
+    found = find_corners(tmp_path, Rig((CAMERA,), (target,)))
     assert len(found.id) > 60
     assert found.notes[0] == f"{len(found.id)} corners in 3 pictures"
     poses = np.stack([pictures[int(name[0])][0] for name in found.image])

@@ -43,15 +43,9 @@ def folder(shots, tmp_path):
     return place
 
 
-@pytest.fixture(scope="module")
-def hobby(tmp_path_factory):
-    path = tmp_path_factory.mktemp("hobby") / "hobby.toml"
-    path.write_text(virtual.robot_toml("hobby"))
-    return read_toml(path)
-
-
-def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, tmp_path, shots):
-    begun = begin(hobby, load_plate("table2"), folder=tmp_path / "kept")
+def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, tmp_path, shots):
+    (tmp_path / "hobby.toml").write_text(virtual.robot_toml("hobby"))
+    begun = begin(read_toml(tmp_path / "hobby.toml"), load_plate("table2"), folder=tmp_path / "kept")
     worker = Worker(begun.session, keepers=begun.keepers)
     try:
         worker.submit(LoadPictures("shots.zip", packed(folder)))

@@ -53,7 +53,7 @@ PAIRS = (
     + "0.4,0.2,0.3,0,0,0,1,100,20,700.5,1,0,0,0\n0.4,0.3,0.3,0,0,1,0,100,20,700.5,0,1,0,0\n" * 2
 )
 POSE = "".join(f"    - {value}\n" for value in np.eye(4).ravel())
-MOVEIT = f"- effector_wrt_world:\n{POSE}  object_wrt_sensor:\n{POSE}" * 3
+MOVEIT = f"- effector_wrt_world:\n{POSE}  object_wrt_sensor:\n{POSE.replace('1.0', '-1.0', 2)}" * 3
 PENDANT = "J1,J2,J3,J4,J5,J6,X,Y,Z,A,B,C\n" + "10.5,20,30,40,50,60,700.1,200,300,10,20,30.5\n" * 3
 TOUCHES = "q1[deg],q2[deg],q3[deg],q4[deg],q5[deg],q6[deg],contact\n" + "1,-60,80,4,5.5,6,a\n" * 4
 PROGRAMS = {

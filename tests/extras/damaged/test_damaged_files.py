@@ -7,7 +7,6 @@ import os
 import random
 import warnings
 
-import pytest
 from damaged_files import damaged, readers
 
 from workbench.base.errors import WorkbenchError
@@ -17,13 +16,8 @@ LONGEST = 600
 """Maximum length of a sentence."""
 
 
-@pytest.fixture(scope="module")
-def sound(tmp_path_factory):
-    return readers(tmp_path_factory.mktemp("sound"))
-
-
-def test_a_damaged_file_is_one_sentence(sound, tmp_path):
-    wrong = {}
+def test_a_damaged_file_is_one_sentence(tmp_path):
+    wrong, sound = {}, readers(tmp_path)
     for kind, (name, content, read) in sound.items():
         path = tmp_path / name
         path.write_bytes(content)

@@ -55,25 +55,19 @@ def test_a_lifted_pencil_leaves_a_gap():
     assert np.isfinite(found[np.abs(ANGLES - np.pi / 2) >= 0.3]).all()
 
 
-def arm_on_paper(rng):
-    """Poses that miss a circle on a slanted plane by tenths of a mm, the pencil at 10° to its normal."""
+def test_scan_and_potentiometer_give_cartesian_errors():
+    """The tip's errors in the robot's base, though the pencil leans by 10° and slides.
+
+    Poses miss a circle on a slanted plane by tenths of a mm.
+    """
     turn = generator.rotation(np.array([0.9, 0.2, -0.4]))
     along, across, centre = turn[:, 0], turn[:, 1], np.array([0.1, -0.3, 0.2])
     normal = np.cross(along, across)
     ray = np.cos(PHI)[:, None] * along + np.sin(PHI)[:, None] * across
-    out = WAVES
-    above = 1e-3 * (0.2 * np.sin(PHI) - 0.15)
+    out, above = WAVES, 1e-3 * (0.2 * np.sin(PHI) - 0.15)
     axis = generator.rotation(np.deg2rad(10.0) * along) @ normal
-    poses = np.tile(np.eye(4), (len(PHI), 1, 1))
-    poses[:, :3, :3] = np.stack([np.cross(across, axis), across, axis], 1)
-    poses[:, :3, 2] = axis
-    poses[:, :3, 3] = centre + (RADIUS + out)[:, None] * ray + above[:, None] * normal
-    return poses, (centre, along, across), (out, above, ray, normal)
-
-
-def test_scan_and_potentiometer_give_cartesian_errors():
-    """The tip's errors in the robot's base, though the pencil leans and slides."""
-    poses, (centre, along, across), (out, above, ray, normal) = arm_on_paper(np.random.default_rng(1))
+    turned = np.stack([np.cross(across, axis), across, axis], 1)
+    poses = generator.four(turned, centre + (RADIUS + out)[:, None] * ray + above[:, None] * normal)
     drawn = draw(poses, centre, along, across)
     flat = np.linalg.norm(drawn.points, axis=1) - RADIUS
     assert np.abs(flat - out).max() > 0.03e-3  # the leaning pencil alone would mislead

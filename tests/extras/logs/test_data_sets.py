@@ -11,12 +11,8 @@ from workbench.data.readers import preview, read_measurements
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
 
 
-@pytest.fixture(scope="module")
-def ur10(shared_data):
-    return read_measurements(shared_data / "ur10_ipa" / "measurements.csv", joints=6)
-
-
-def test_ur10_grid_series(shared_data, ur10):
+def test_ur10_grid_series(shared_data):
+    ur10 = read_measurements(shared_data / "ur10_ipa" / "measurements.csv", joints=6)
     original = read_measurements(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv", joints=6)
     assert len(original) == len(ur10) == 11911
     np.testing.assert_allclose(original.q, ur10.q, atol=1e-12)

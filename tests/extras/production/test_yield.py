@@ -37,18 +37,6 @@ def fixed(aria, plate):
     return replace(plate.with_joints(found.q, found.branches), production=made)
 
 
-@pytest.fixture(scope="module")
-def trial(aria, fixed):
-    return Trial(
-        robot=aria,
-        plate=fixed,
-        q=np.stack([target.q for target in fixed.targets]),
-        evaluation_q=plate_region_poses(aria, fixed, 80),
-        made=(1e-3, 5e-3),
-        sigmas={},
-    )
-
-
 @pytest.fixture(scope="module", autouse=True)
 def few_alone():
     with pytest.MonkeyPatch.context() as patch:
@@ -96,7 +84,15 @@ def test_arms_pass_eq_3_and_fewer_do_with_more_noise(aria, fixed, found):
     assert try_plate(aria, fixed, arms=20, poses=80, wanted=Wanted(position=0.05)).share == 1.0
 
 
-def test_an_arm_is_calibrated_with_the_targets_that_it_reaches(trial):
+def test_an_arm_is_calibrated_with_the_targets_that_it_reaches(aria, fixed):
+    trial = Trial(
+        robot=aria,
+        plate=fixed,
+        q=np.stack([target.q for target in fixed.targets]),
+        evaluation_q=plate_region_poses(aria, fixed, 80),
+        made=(1e-3, 5e-3),
+        sigmas={},
+    )
     targets = list(trial.plate.targets)
     targets[4] = replace(targets[4], xyz=np.array([3.0, 0.0, 0.5]))
     met, errors = replace(trial, plate=replace(trial.plate, targets=tuple(targets))).judged_arm(

@@ -30,18 +30,13 @@ ON_AVERAGE, ANYWHERE = 4.0, 60.0
 NEVER_SAID = ("traceback", "error:", "nan", "undefined", "none", "[object")
 
 
-@pytest.fixture(scope="module")
-def known():
-    return json.loads(LOOKS.read_text(encoding="utf-8"))
-
-
 def off(now: np.ndarray, then: np.ndarray) -> tuple[float, float]:
     """Mean and greatest distance of two pictures' colours."""
     distance = np.abs(now - then)
     return float(distance.mean()), float(distance.max())
 
 
-def test_every_tab_has_words_and_the_scene_looks_as_it_was_kept(look, known):
+def test_every_tab_has_words_and_the_scene_looks_as_it_was_kept(look):
     """A broken page is noticed."""
     screen = look(new=True)
     lines = {}
@@ -61,7 +56,7 @@ def test_every_tab_has_words_and_the_scene_looks_as_it_was_kept(look, known):
     if os.environ.get("WORKBENCH_LOOKS") == "keep":
         rows = (json.dumps(row) for row in now.round().astype(int).tolist())
         LOOKS.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")
-        known = json.loads(LOOKS.read_text(encoding="utf-8"))
+    known = json.loads(LOOKS.read_text(encoding="utf-8"))
     mean, maximum = off(now, np.array(known))
     assert mean < ON_AVERAGE, f"the scene looks otherwise; see {__file__}"
     assert maximum < ANYWHERE, f"a part of the scene looks otherwise; see {__file__}"

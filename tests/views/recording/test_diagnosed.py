@@ -31,14 +31,9 @@ def draw(tmp_path, reader):
     return run
 
 
-@pytest.fixture(scope="module")
-def diagnosed(sample):
-    """A diagnosis of an arm whose second joint gives way."""
+def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample):
     _, rows = measure_poses(sample.robot, 25, effects=["joint-compliance:2"], seed=1)
-    return diagnose(sample.robot, rows)
-
-
-def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
+    diagnosed = diagnose(sample.robot, rows)
     found = replace(sample.first, results=replace(sample.first.results, diagnosis=diagnosed))
     pictures = draw(
         (None, sample.first), (Diagnose(), found), (SelectTarget(1), found), (SelectTarget(2), sample.first)

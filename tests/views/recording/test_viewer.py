@@ -16,8 +16,6 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.views.recording.recorder import recorder
 
 os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
-from rerun.experimental import ViewerClient
-
 pytestmark = pytest.mark.browser
 PATIENCE = 60.0
 
@@ -44,7 +42,9 @@ def viewer():
         process.wait(60)
 
 
-def _connect(port: int, process: subprocess.Popen) -> ViewerClient:
+def _connect(port: int, process: subprocess.Popen):
+    from rerun.experimental import ViewerClient
+
     deadline = time.monotonic() + PATIENCE
     while True:
         try:

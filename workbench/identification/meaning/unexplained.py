@@ -173,8 +173,8 @@ def _misfit(robot: Robot, data: Dataset) -> float:
 
 def _fits(robot: Robot, data: Dataset) -> bool:
     """Whether rows fit, and not clearly worse than those of their first half."""
-    wide, half = np.linalg.norm(np.asarray(data.position).std(0)), np.arange(max(MIN_PART, len(data) // 2))
-    beside = FAR / 2 * _misfit(robot, data.take(half)) + UNIT * robot.reach
+    wide, half = np.linalg.norm(np.asarray(data.position).std(0)), max(MIN_PART, len(data) // 2)
+    beside = FAR / 2 * _misfit(robot, data.take(np.arange(len(data))[:half])) + UNIT * robot.reach
     return _misfit(robot, data) < min(WITHIN * robot.reach, NARROW * float(wide), beside)
 
 
