@@ -101,11 +101,7 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
         text = _CLOSED.sub("]", _OPENED.sub(r"\n\1: [", text))
     if _YAML.search(text):
         found = arrays_of_json(data)
-        return (
-            found
-            if any(isinstance(v, list) for v in found.values())
-            else _samples(text, owner)
-        )
+        return found if any(isinstance(v, list) for v in found.values()) else _samples(text, owner)
     inside = [_BRACKETED.fullmatch(line) for line in text.splitlines() if line.strip()]
     bare = "\n".join(m[1] for m in inside if m) if all(inside) else re.sub(r"[\[\](){}]", " ", text)
     head, *body = read_text(bare.encode(), path).rows

@@ -78,8 +78,6 @@ PICTURES = (
 )
 SIDES, WIDTHS = ("robot", "target"), (1, 3, 4, 6, 7, 8, 9, 12, 16)
 """Whose poses are paired, and how many numbers a pose or a part of one has."""
-PARTS = (3, 4, 6, 7, 9)
-"""Sizes that tell nothing new beside a pose's matrix."""
 HALVES = {12: (6,), 14: (7,), 24: (3, 4), 32: (16,)}
 """Shapes of a pose by how many numbers two have."""
 MIN_GROUP = 6
@@ -162,7 +160,7 @@ def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str,
             raise OptionError(f"{path} holds no poses of a target: {PICTURES}", option="pairs")
         raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
     told = {_is_seen(name) for name, own in named.items() if block(own).shape[1:] in ((4, 4), (3, 4))}
-    return {n: a for n, a in named.items() if _is_seen(n) not in told or block(a)[:1].size not in PARTS}
+    return {n: a for n, a in named.items() if not (_is_seen(n) in told and 2 < block(a)[:1].size < 12)}
 
 
 def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -262,7 +260,7 @@ def _sides_of(head: Sequence[str], notes: list[str]) -> dict[str, bool | None]:
     """
     kinds: dict[str, bool | None] = {c: _is_seen(c) for c in head}
     rest, told = [c for c, kind in kinds.items() if kind is None], {*kinds.values()} - {None}
-    groups = [name for name, count in _groups(head).items() if count >= MIN_GROUP]
+    groups = [name for name, count in Counter(map(_owner, head)).items() if count >= MIN_GROUP]
     groups.sort(key=bool)  # what has no name before its own is the robot's
     if len(told) == 2:
         return kinds
@@ -283,11 +281,6 @@ def _owner(heading: str) -> str:
     return "" if VECTORS.search(first) else first if more else _ENTRY.sub("", first)
 
 
-def _groups(head: Sequence[str]) -> Counter[str]:
-    """How many headings begin with each name."""
-    return Counter(map(_owner, head))
-
-
 def _parts(heading: str) -> list[str]:
     return _GAP.split(parse_heading(heading).name)
 
@@ -302,7 +295,7 @@ def _heading(cell: str, head: Sequence[str]) -> str:
     if unit is None and before and last in ("m", "cm", "mm", "deg", "rad"):
         *before, last, unit = *before, last
     whose, owner = 0, _owner(cell)
-    if owner and _groups(head)[owner] >= MIN_GROUP:
+    if owner and [*map(_owner, head)].count(owner) >= MIN_GROUP:
         whose, last = 1, last if before or {*map(_is_seen, head)} != {None} else last[len(owner) :]
     stem = name.rpartition("_")[0]
     first = int(f"{stem}_0" not in head)
