@@ -84,7 +84,7 @@ class Column:
 COLUMNS: PartTable[Column] = PartTable(
     "columns",
     Column,
-    Column(name="time", quantity=Quantity.TIME, also=("zeit", "timestamp", "t", "datum_uhrzeit"), driver=True),
+    Column(name="time", quantity=Quantity.TIME, also=("zeit", "timestamp", "t"), driver=True),
     Column(
         name="temperature",
         quantity=Quantity.TEMPERATURE,

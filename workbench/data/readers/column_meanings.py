@@ -68,15 +68,11 @@ def dates_in(cells: Sequence[str]) -> list[tuple[Float[np.ndarray, " rows"], dat
     found = dict[tuple[float, ...], datetime]()
     for form in _DATES if cells else ():
         with suppress(ValueError, TypeError):  # no date, or with a time zone where the first has none
-            dates = [_date(cell, form) for cell in cells]
+            iso = not form and not any(map(str.isdigit, cells))
+            plain = (cell if iso else _FRACTION.sub(r"\1.\g<2>0\3", cell) for cell in cells)
+            dates = [datetime.fromisoformat(cell) if iso else datetime.strptime(cell, form) for cell in plain]
             found.setdefault(tuple((date - dates[0]).total_seconds() for date in dates), dates[0])
     return [(np.array(times), began) for times, began in found.items()]
-
-
-def _date(cell: str, form: str) -> datetime:
-    if not form and not cell.isdigit():
-        return datetime.fromisoformat(cell)
-    return datetime.strptime(_FRACTION.sub(r"\1.\g<2>0\3", cell), form)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -62,6 +62,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(?:m|marker|smr|reflector|prism|led|ball)_?(\d+)_?([xyz])", "m{0}{1}"),
         (r"(?:sigma|std)_?(x|y|z|rx|ry|rz|roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
+        (r"datum_uhrzeit|date_time", "time"),
         (r"(force|moment)_([xyz])", "{0}_{1}"),
     )
 )
