@@ -137,8 +137,26 @@ FILES["tracker.csv"] = lambda a, b: euler_as_vector(a, b).translate(MARKS).repla
 FILES["flat.yaml"] = lambda *sides: f"robot: {sides[0].ravel().tolist()}\ntarget: {sides[1].tolist()}\n"
 FILES["halves.txt"] = lambda *sides: lines_of(np.hstack([side[:, :3].reshape(-1, 12) for side in sides]), " ")
 FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replace("rvec_", "target_r")
+FILES["vectors.txt"] = lambda *sides: lines_of(
+    np.hstack([part for side in sides for part in rvec_tvec(side)])
+)
+NAMED = ("gripper_pose_base", "board_detection")
+FILES["records.json"] = lambda *both: json.dumps(
+    [dict(zip(NAMED, pair, strict=True)) for pair in records(*both)]
+)
 BOTH = {"Joint Dataset": [[0.1] * 6] * 15}
 FILES["log.json"] = lambda *both: json.dumps({**BOTH, "Transform Dataset": np.stack(both, axis=1).tolist()})
+
+
+def rvec_tvec(poses):
+    return Rotation.from_matrix(poses[:, :3, :3]).as_rotvec(), poses[:, :3, 3]
+
+
+def records(hands, seen):
+    """A matrix and its parts; vectors beside an error in px."""
+    for hand, turn, place in zip(hands, *rvec_tvec(seen), strict=True):
+        parts = {"H": hand.tolist(), "translation_m": hand[:3, 3].tolist()}
+        yield parts, {"rvec": turn.tolist(), "tvec": place.tolist(), "diagnostics": {"mean_reproj_px": 0.1}}
 
 
 def wide(hands, seen, heads, *turns, unseen=("",) * 7, more=lambda k: ""):
@@ -172,6 +190,8 @@ UNSEEN = {
         Rotation.as_rotvec,
         ("",) * 6,
     ),
+    "lone": (named("robot", "Kamera").replace("robot_", ""), QUAT, QUAT),
+    "letter": (named("robot", "c").replace("robot_", "").replace("c_", "c"), QUAT, QUAT),
     "detected": (named("robot", "tag", more="detected"), QUAT, QUAT, range(7), lambda k: [k not in (2, 5)]),
 }
 
@@ -296,7 +316,9 @@ def test_arrays_of_opencv(tmp_path, vectors):
     hands, seen = pairs()
     turns = [Rotation.from_matrix(p[:, :3, :3]) for p in (hands, seen)]
     a, b = [t.as_rotvec()[:, :, None] for t in turns] if vectors else [t.as_matrix() for t in turns]
-    turned, placed = ("rvec_robot", "tvec_robot") if vectors else ("R_gripper2base", "t_gripper2base")
+    turned, placed = (
+        ("rvec_gripper2base", "tvec_gripper2base") if vectors else ("R_gripper2base", "t_gripper2base")
+    )
     robot = {turned: a, placed: 1e3 * hands[:, :3, 3:], "t_target2cam": 1e3 * seen[:, :3, 3:]}
     np.savez(tmp_path / "in.npz", R_target2cam=b, camera_matrix=np.eye(3), **robot)
     found = handeye(tmp_path / "in.npz")
@@ -481,11 +503,17 @@ def test_a_knock_between_the_pairs_is_told_by_their_numbers(what, at):
 
 
 @pytest.mark.parametrize(("axes", "about"), [((0.0, 0.0, 0.8), "xy"), ((0.5, 1e-3, 1e-3), "yz")])
-def test_a_hand_that_turned_about_one_axis_is_told_another(axes, about):
+def test_a_hand_that_turned_about_one_axis_is_told_another(tmp_path, axes, about):
     """The target is below the hand, so its axes are the hand's up to signs."""
     found = handeye(pairs(axes=axes))
     assert "turn the hand more about its " in found.doubt
     assert found.doubt.split("about its ")[1][0] in about
+    hands, seen = pairs(20, axes=axes, seed=7)
+    vectors = [f"{s}_{p}{a}" for s in ("robot", "target") for p in ("", "r") for a in "xyz"]
+    rows = np.hstack([part for side in (hands, seen) for part in rvec_tvec(side)[::-1]])
+    told = ",".join(f"{name}[{'rad' if name[-2] == 'r' else 'm'}]" for name in vectors)
+    np.savetxt(tmp_path / "a.csv", rows, "%.6f", ",", header=told, comments="")
+    assert not any("as the pairs tell" in note for note in handeye(tmp_path / "a.csv").notes)
     still = handeye(pairs(axes=(0.0, 0.0, 0.0)))
     assert still.doubt.startswith("the camera's place is open: the hand kept one")
     assert np.abs(found.camera.xyz - X[:3, 3]).max() < found.half[0, :3].max()
@@ -540,6 +568,9 @@ def test_wrong_files_and_mounts_are_refused(tmp_path):
         np.savetxt(tmp_path / f"robot{k}.txt", hands[k])
     with refuses(FileError, "plain chessboard"):
         handeye(tmp_path)
+    (tmp_path / "same.csv").write_text(wide(hands, hands, named("robot", "tag"), QUAT, QUAT))
+    with refuses(FileError, "both sides hold the same poses"):
+        handeye(tmp_path / "same.csv")
     with refuses(DataError, "at least 3"):
         handeye((hands[:2], seen[:2]))
     assert "check which poses belong together" in handeye((hands, seen[::-1])).doubt

@@ -21,7 +21,7 @@ from workbench.parts import parts
 
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
-_FORMS = "(?!)", r"^(?=.*[^\W\d_])\D*?0*(\d+)\D*$", r"^(.*[^\W\d_].*)[-_. ]\d{1,2}$"
+_FORMS = "(?!)()", r"^(?=.*[^\W\d_])\D*?0*(\d+)\D*$", r"^(.*[^\W\d_].*)[-_. ]\d{1,2}$"
 _SAME, _NUMBER, _STEM = map(re.compile, _FORMS)
 """A name itself; its only number, as `Pose_01` and `pose1` are one; `P1` of `P1-2`, a second reading."""
 
