@@ -5,8 +5,10 @@ Poses come from `generator`, pictures from `rendered_boards`; neither shares cod
 
 import cv2
 import numpy as np
+from checks import dh_table
 from generator import VirtualArm, four, rotation
 from rendered_boards import render
+from round_trip import write_table
 
 LENS = np.array([780.0, 778.0, 322.0, 238.0, -0.11, 0.05, 8e-4, -5e-4, 0.0])
 SIZE = (640, 480)
@@ -45,15 +47,6 @@ def pose(xyz, turn):
     return four(rotation(turn), xyz)
 
 
-def table_of(robot):
-    """A Hayati table of a robot of the package."""
-    table = np.zeros((robot.dof, 5))
-    for element in robot.elements:
-        joint, part = int(element.name[5 : element.name.index(".")]) - 1, element.name.split(".")[1]
-        table[joint, ("theta", "d", "a", "alpha", "beta").index(part)] = element.value
-    return table
-
-
 def photograph(robot, shifts, folder, *, count, fine=2):
     """Pictures `0.png` …, `joints.csv`, `camera.toml` and `target.toml` of an arm with shifted zeros.
 
@@ -70,12 +63,15 @@ def photograph(robot, shifts, folder, *, count, fine=2):
         picture = render(sheet, DOT * PRINTED, target, LENS, SIZE, rng=rng, fine=fine)
         cv2.imwrite(str(folder / f"{k}.png"), picture)
         rows.append(row)
-    _write_beside(folder, rows)
+    head = ["image", *(f"q{k + 1}[rad]" for k in range(6))]
+    write_table(folder / "joints.csv", head, ([f"{k}.png", *row.tolist()] for k, row in enumerate(rows)))
+    (folder / "camera.toml").write_text(CAMERA)
+    (folder / "target.toml").write_text(TARGET)
 
 
 def _shots(robot, shifts, count, rng):
     """Joints, and the board's pose in the camera, of pictures in which it is well in view."""
-    table = table_of(robot)
+    table = dh_table(robot)
     table[:, 0] += shifts
     arm = VirtualArm("hayati", table)
     board = pose([-0.075, 0.105, 0.03], [np.pi, 0.0, 0.0])  # its face looks along the tool's z axis
@@ -91,12 +87,3 @@ def _shots(robot, shifts, count, rng):
         for row, target in list(zip(q[near], at[near], strict=True))[:count]:
             count -= 1
             yield row, target
-
-
-def _write_beside(folder, rows):
-    """The joints, and the files of camera and target."""
-    lines = [",".join(["image", *(f"q{k + 1}[rad]" for k in range(6))])]
-    lines += [",".join([f"{k}.png", *map(repr, map(float, row))]) for k, row in enumerate(rows)]
-    (folder / "joints.csv").write_text("\n".join(lines) + "\n")
-    (folder / "camera.toml").write_text(CAMERA)
-    (folder / "target.toml").write_text(TARGET)

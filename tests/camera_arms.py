@@ -42,38 +42,30 @@ def small(rng, angle, length):
     return m
 
 
-@dataclass
-class Arm:
+@dataclass(frozen=True, eq=False)
+class Arm(VirtualArm):
     """An arm with errors of its constants, and what the package knows nothing of."""
 
-    dh: np.ndarray
-    beta: np.ndarray = field(default=None)
-    zeros: np.ndarray = field(default=None)
+    zeros: np.ndarray | float = 0.0
     compliance: np.ndarray | None = None
-    backlash: np.ndarray | None = None
+    backlash: np.ndarray | float = 0.0
 
-    def __post_init__(self):
-        n = len(self.dh)
-        self.beta = np.zeros(n) if self.beta is None else self.beta
-        self.zeros = np.zeros(n) if self.zeros is None else self.zeros
+    @property
+    def dh(self):
+        return self.table[:, :4]
 
-    def poses(self, q, direction=None):
-        """With 3 kg at every frame's origin."""
-        masses = {"masses": np.full(len(self.dh), 3.0), "coms": np.zeros((len(self.dh), 3))}
-        arm, q = VirtualArm("dh", np.column_stack([self.dh, self.beta]), **masses), q + self.zeros
-        if self.compliance is not None:
-            q = q - self.compliance * arm.moments(q)[..., 2]
-        if self.backlash is not None:
-            q = q + self.backlash * direction
-        return arm.pose(q)
+    def poses(self, q, direction=0.0):
+        q = q + self.zeros
+        sag = 0.0 if self.compliance is None else self.compliance * self.moments(q)[..., 2]
+        return self.pose(q - sag + self.backlash * direction)
 
-    def toml(self, name, more=""):
-        joints = "".join(
-            f"[[joint]]\ntheta = {t!r}\nd = {d!r}\na = {a!r}\nalpha = {al!r}\n"
-            f"limits = [-{LIMIT}, {LIMIT}]\n{more}"
-            for t, d, a, al in np.asarray(self.dh, float).tolist()
-        )
-        return f'name = "{name}"\nconvention = "dh"\n{joints}'
+
+def robot_toml(name):
+    joints = "".join(
+        f"[[joint]]\ntheta = {t!r}\nd = {d!r}\na = {a!r}\nalpha = {al!r}\nlimits = [-{LIMIT}, {LIMIT}]\n"
+        for t, d, a, al in np.array(ARMS[name], float).tolist()
+    )
+    return f'name = "{name}"\nconvention = "dh"\n{joints}'
 
 
 MIDDLE = np.deg2rad([0.0, 0.3, 0.3, 0.3, 0.3, 0.0])
@@ -89,7 +81,8 @@ def made(seed, name, *, zeros=0.0, angle=0.0, length=0.0, **more):
     n = len(dh)
     off = np.column_stack([rng.normal(size=n) * s for s in (0.0, length, length, angle)])
     beta = angle * rng.normal(size=n) * (np.sin(dh[:, 3]) == 0.0)
-    return rng, Arm(dh + off, beta, zeros * rng.normal(size=n), **more)
+    body = {"masses": np.full(n, 3.0), "coms": np.zeros((n, 3)), **more}
+    return rng, Arm("dh", np.column_stack([dh + off, beta]), zeros=zeros * rng.normal(size=n), **body)
 
 
 def dodecahedron():
@@ -139,12 +132,10 @@ class Scene:
         return "\n".join(lines) + "\n"
 
     def joints(self):
-        own = [f"{s}," for s in self.session] or [""] * len(self.q)
-        head = f"image,{'session,' if self.session else ''}" + ",".join(
-            f"q{j + 1}[rad]" for j in range(self.q.shape[1])
-        )
-        rows = (f"{i},{own[i]}" + ",".join(map(repr, self.q[i].tolist())) for i in range(len(self.q)))
-        return "\n".join([head, *rows]) + "\n"
+        head = ["image", *["session"] * bool(self.session)]
+        head += [f"q{j + 1}[rad]" for j in range(self.q.shape[1])]
+        rows = ([i, *self.session[i : i + 1], *self.q[i]] for i in range(len(self.q)))
+        return "\n".join(",".join(map(str, row)) for row in (head, *rows)) + "\n"
 
 
 def joined(**sessions):

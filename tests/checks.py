@@ -7,12 +7,14 @@
 Each returns the largest deviation that it saw, and raises AssertionError with the place when it is too large.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from importlib.metadata import distribution
 from pathlib import Path
 
 import numpy as np
 import pytest
+from generator import NAMES
 from jaxtyping import Float
 from rigid_body import rigid_body
 
@@ -23,6 +25,9 @@ from workbench.arm.statics.wrenches import TrialArm, motion_wrenches, own_axis
 from workbench.base import se3
 from workbench.base.types import Freedom, JointRows
 
+DESCRIPTIONS = Path(str(distribution("example-robot-data").locate_file("cmeel.prefix/share")))
+DESCRIPTIONS = DESCRIPTIONS.resolve() / "example-robot-data" / "robots"
+"""URDF files of real arms."""
 STEP = 6e-6
 """Step of a central difference, about the cube root of the machine precision, in units of the argument."""
 
@@ -49,6 +54,15 @@ def robot_of(arm, folder: Path, **options) -> Robot:
     return read_toml(folder / "arm.toml")
 
 
+def dh_table(robot: Robot) -> np.ndarray:
+    """Rows theta, d, a, alpha, beta of an arm of such constants."""
+    table = np.zeros((robot.dof, 5))
+    for element in robot.elements:
+        joint, part = element.name.split(".")
+        table[int(joint[5:]) - 1, NAMES.index(part)] = element.value
+    return table
+
+
 def freed(robot: Robot, freedom: Freedom) -> Robot:
     """The arm whose base and tool are as free as that."""
     return robot.with_frames(base=replace(robot.base, free=freedom), tool=replace(robot.tool, free=freedom))
@@ -59,41 +73,18 @@ def any_joints(robot: Robot, rows: int, seed: int = 0) -> JointRows:
     return np.random.default_rng(seed).uniform(*robot.search_limits.T, (rows, robot.dof))
 
 
-def with_errors(robot: Robot, errors: np.ndarray) -> Robot:
-    """The arm whose free constants are off by so much."""
-    names = robot.default_free
-    return robot.with_values(dict(zip(names, (robot.values(names) + errors).tolist(), strict=True)))
+def with_errors(robot: Robot, errors: np.ndarray, names: tuple[str, ...] = ()) -> Robot:
+    """The arm whose free constants, or these, are off by so much."""
+    return with_numbers(robot, names := names or robot.default_free, robot.values(names) + errors)
 
 
-def pose_change(
-    later: Float[np.ndarray, "*lead 4 4"], earlier: Float[np.ndarray, "*lead 4 4"]
-) -> Float[np.ndarray, "*lead 6"]:
-    """Difference of poses on the tangent space: [Δp; rotation vector], base axes, as twists are."""
-    return se3.pose_error(later, earlier)
+def with_numbers(robot: Robot, names: Sequence[str], values: np.ndarray) -> Robot:
+    """The arm with these values of constants and coefficients."""
+    return robot.with_values(dict(zip(names, np.asarray(values).tolist(), strict=True)))
 
 
-def numerical_jacobian(
-    function: Callable[[np.ndarray], np.ndarray],
-    x: Float[np.ndarray, " p"],
-    *,
-    difference: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.subtract,
-    step: float = STEP,
-) -> np.ndarray:
-    """Central differences of a function of p numbers, the last axis counting them.
-
-    Args:
-        function: Values of any shape at x.
-        x: Where to differentiate.
-        difference: How two values are subtracted; `pose_change` for poses.
-        step: Half of the distance between the two values.
-    """
-    columns = []
-    for i in range(len(x)):
-        ahead, behind = x.copy(), x.copy()
-        ahead[i] += step
-        behind[i] -= step
-        columns.append(difference(function(ahead), function(behind)) / (ahead[i] - behind[i]))
-    return np.stack(columns, -1)
+pose_change = se3.pose_error
+"""Difference of poses on the tangent space: [Δp; rotation vector], base axes, as twists are."""
 
 
 def check_jacobian(
@@ -116,7 +107,11 @@ def check_jacobian(
         tolerance: Greatest deviation of an entry, relative to the largest one of its column (or to a
             thousandth of the largest of all, for columns that vanish).
     """
-    numerical = numerical_jacobian(function, x, difference=difference, step=step)
+    columns = []
+    for shift in step * np.eye(len(x)):
+        ahead, behind = x + shift, x - shift
+        columns.append(difference(function(ahead), function(behind)) / np.sum(ahead - behind))
+    numerical = np.stack(columns, -1)
     if numerical.shape != np.shape(jacobian):
         raise AssertionError(f"the Jacobian's shape is {np.shape(jacobian)}, not {numerical.shape}")
     rows = tuple(range(numerical.ndim - 1))

@@ -3,6 +3,7 @@
 import fcntl
 import gc
 import io
+import json
 import os
 import sys
 from collections.abc import Callable, Iterable
@@ -59,8 +60,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 SHARING = ("/test_browser", "/test_round_trip", "studies/test_", "identification/report/")
 """Beginnings of tests' names that share what one worker builds for all of them."""
-FIRST = ("studies", "slow", "browser", "data", "views", "session", "plate", "cli", "diagnosis", "extras")
-"""Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
+FIRST = ("studies", "slow", "browser", "data", "diagnosis", "identification")
+"""Marks and folders that take long, longest first: what comes late and is long leaves a worker idle."""
 
 
 @pytest.hookimpl(trylast=True)
@@ -76,7 +77,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What takes long first; what uses an extra that isn't there is skipped."""
+    """What takes long first, then longer files; what uses an extra that isn't there is skipped."""
     for item in items:
         for mark in item.iter_markers("extra"):
             assert mark.args[0] in EXTRAS, f"{item.nodeid}: there is no extra '{mark.args[0]}'"
@@ -90,7 +91,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         }
         return next((k for k, word in enumerate(FIRST) if word in text), len(FIRST))
 
-    ranks = {path: min(map(rank, group)) for path, group in groupby(items, key=lambda item: item.path)}
+    files = groupby(items, key=lambda item: item.path)
+    ranks = {path: (min(map(rank, group)), -path.stat().st_size) for path, group in files}
     items.sort(key=lambda item: ranks[item.path])
 
 
@@ -183,6 +185,18 @@ def run(monkeypatch, capfd, tmp_path, built):
             cli.main()
         out, err = capfd.readouterr()
         return int(ended.value.code or 0), out, err
+
+    return call
+
+
+@pytest.fixture
+def told(run):
+    """Run a command that ends with this status: its result, and what it says."""
+
+    def call(*options: str | Path, status: int = 0) -> tuple[Any, str]:
+        ended, out, err = run(*options, "--json", "told.json")
+        assert ended == status, err
+        return json.loads(Path("told.json").read_text("utf-8")), out + err
 
     return call
 

@@ -50,18 +50,13 @@ def shift(vector):
     return m
 
 
-def cross_matrix(v):
-    """[v]x for an array of vectors."""
-    x, y, z = np.moveaxis(np.asarray(v, float), -1, 0)
-    o = np.zeros_like(x)
-    return np.stack([np.stack(r, -1) for r in ((o, -z, y), (z, o, -x), (-y, x, o))], -2)
-
-
 def rotation(vector):
     """Rodrigues' formula for an array of rotation vectors."""
     vector = np.asarray(vector, float)
     angle = np.linalg.norm(vector, axis=-1)[..., None, None]
-    k = cross_matrix(vector)
+    x, y, z = np.moveaxis(vector, -1, 0)
+    o = np.zeros_like(x)
+    k = np.stack([np.stack(r, -1) for r in ((o, -z, y), (z, o, -x), (-y, x, o))], -2)  # [v]x
     first = np.sinc(angle / np.pi)
     second = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
     return I3 + first * k + second * (k @ k)
@@ -140,13 +135,8 @@ class VirtualArm:
                 yield (rotate, driven @ shift, after) if slide else (I4, driven @ rotate @ shift, after)
 
     def pose(self, q, deflection=None):
-        """Tool poses (rows, 4, 4); `deflection` (rows, joints, 3) turns each joint by a rotation vector."""
-        q = np.atleast_2d(q)
-        t = np.broadcast_to(self.base, (len(q), 4, 4))
-        for i, (before, driven, after) in enumerate(self.parts(q)):
-            deflected = I4 if deflection is None else four(rotation(deflection[:, i]))
-            t = t @ before @ deflected @ driven @ after
-        return t @ self.tool
+        """Tool poses (rows, 4, 4); `deflection` (rows, joints, 3) as `bent` has it."""
+        return self.base @ self.bent(self.parts(np.atleast_2d(q)), deflection)[1][-1] @ self.tool
 
     def touching(self, place, q):
         """Joint positions (1, joints) near the given ones at which the tool's point is at a place, if any."""
@@ -161,12 +151,24 @@ class VirtualArm:
         return q
 
     def straight(self, q):
-        """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, first frame."""
-        here, before, links = np.broadcast_to(I4, (len(q), 4, 4)), [], []
-        for fixed, driven, after in self.parts(q):
-            before.append(here @ fixed)
-            links.append(here := before[-1] @ driven @ after)
-        return np.array(before), np.array(links)
+        """What `bent` has of the arm that nothing bends."""
+        return self.bent(self.parts(q))
+
+    def bent(self, parts, bend=None):
+        """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, first frame.
+
+        Joints turn by rotation vectors (rows, joints, 3) right before their drives, in the axes there; the
+        third number of a sliding joint shifts it.
+        """
+        here, before, links = I4, [], []
+        for i, (fixed, driven, after) in enumerate(parts):
+            before.append(here := here @ fixed)
+            if bend is not None:
+                slides = self.sliding[i]
+                tilt, slid = bend[:, i] * [1.0, 1.0, not slides], bend[:, i, 2] * slides
+                here = here @ four(rotation(tilt)) @ move("z", slid)
+            links.append(here := here @ driven @ after)
+        return np.array(np.broadcast_arrays(*before)), np.array(np.broadcast_arrays(*links))
 
     def moments(self, q, payload=0.0, wrench=None):
         """Moments (rows, joints, 3) that hold the straight arm at rest, as `holding` has them."""

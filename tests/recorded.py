@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from workbench.session.journal.reader import Recording, read_recording
-from workbench.session.journal.restore import Restored, restore
+from workbench.session.journal.replay import Restored, restore
 
 SAMPLE = Path(__file__).resolve().parents[1] / "recordings" / "sample"
 

@@ -12,7 +12,7 @@ import csv
 import re
 import tomllib
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -99,7 +99,8 @@ def read_rows(path: Path) -> Rows:
     angles, quaternion = ([column(name) for name in names] for names in (("roll", "pitch", "yaw"), WXYZ))
     rotation = None if angles[0] is None else rpy(*angles)[:, :3, :3]
     if quaternion[0] is not None:
-        rotation = np.array([rotated(*q) for q in np.column_stack(quaternion).astype(float)])
+        turned = np.column_stack(quaternion).astype(float)
+        rotation = Rotation.from_quat(turned, scalar_first=True).as_matrix()
     time, session, payload = (column(name) for name in ("time", "session", "payload"))
     session = np.full(len(q), "") if session is None else session
     return Rows(
@@ -120,8 +121,15 @@ def write_rows(path: Path, rows: Rows) -> None:
     if rows.rotation is not None:
         head += ["qx", "qy", "qz", "qw"]
         table.append(Rotation.from_matrix(rows.rotation).as_quat())
-    lines = [",".join(head), *(",".join(map(repr, row)) for row in np.hstack(table).tolist())]
-    path.write_text("\n".join(lines) + "\n")
+    write_table(path, head, np.hstack(table).tolist())
+
+
+def write_table(path: Path | str, head: str | Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
+    """Rows of numbers and words under their headings, numbers with all digits."""
+    first = head if isinstance(head, str) else ",".join(head)
+    lines = [*[first] * bool(first), *(",".join(map(str, row)) for row in rows)]
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return Path(path)
 
 
 def thinned(source: Path, most: int) -> tuple[str, list[str]]:
@@ -159,15 +167,6 @@ def placed(xyz: Any, angles: Any) -> np.ndarray:
     out = rpy(*angles)
     out[:3, 3] = xyz
     return out
-
-
-def rotated(w: float, x: float, y: float, z: float) -> list[list[float]]:
-    """The rotation of a unit quaternion."""
-    return [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
 
 
 inverse = np.linalg.inv

@@ -23,7 +23,7 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, 
 from workbench.session.commands.plate import SetNoise
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 
 CALLS = ("open", "mkdir", "fsync", "fdatasync", "ftruncate", "chmod", "replace", "pwrite")
 COMMANDS = (

@@ -190,7 +190,7 @@ def test_panels_and_commands_of_the_page_are_recorded_and_reopened(here):
         from workbench.plate.measured_plate import load_plate
         from workbench.session.journal.folder import begin
         from workbench.session.journal.reader import read_recording
-        from workbench.session.journal.restore import restore
+        from workbench.session.journal.replay import restore
         from workbench.views.page.app import App
 
         robot, plate = load_robot("aria"), load_plate("table2")

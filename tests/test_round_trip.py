@@ -109,10 +109,6 @@ def measured(request, tmp_path_factory) -> Measured:
 # Entrances ----------------------------------------------------------------------------------------------
 
 
-def in_python_calls(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> trip.Saved:
-    return saved_in_python(measured, diagnosed)
-
-
 @cache
 def saved_in_python(measured: Measured, diagnosed: bool) -> trip.Saved:
     """Once for this entrance and all formats."""
@@ -187,9 +183,11 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
     return trip.Saved(*paths, text, found.held_out_data.row, refitted_rows(found))
 
 
-ENTRANCES = {"python": in_python_calls, "command": by_command, "page": on_the_page}
-
-
+ENTRANCES = {
+    "python": lambda measured, _, diagnosed, **__: saved_in_python(measured, diagnosed),
+    "command": by_command,
+    "page": on_the_page,
+}
 OTHERS = [("aria", "command"), ("aria", "page")]
 """By the quickest entrance every set, by the others one, which is diagnosed by all in the slow tests."""
 ENTERED = [marked(*each) for each in product((*VIRTUAL, *REAL), ["python"], [False, True])]
@@ -260,25 +258,14 @@ def typed_tool(notes: tuple[str, ...]) -> np.ndarray | None:
     return None
 
 
-def arm_of(found: trip.FrameArm | readers.Kinematics, notes: tuple[str, ...], like: trip.Saved) -> trip.Arm:
-    """The arm of a file; what it has no place for is typed, or that of the URDF."""
-    if isinstance(found, trip.FrameArm):
-        return found
-    urdf, tool = trip.urdf_arm(like.urdf.read_text()), typed_tool(notes)
-    return trip.frames_arm(found, urdf if tool is None else replace(urdf, tool=tool))
-
-
 def test_a_joint_table_is_as_far_from_the_calibrated_arm_as_it_says(saved, tmp_path):
-    check_form("dh-csv", *saved, tmp_path, readers.spreadsheet)
-
-
-def check_form(form: str, measured: Measured, files: trip.Saved, folder: Path, read: Callable) -> None:
-    """A geometry's file against the saved arm."""
-    nominal = wb.load_robot(measured.robot)
-    job = Job(robot=wb.load_robot(str(files.toml)), nominal=nominal)
-    written = export_robot(FORMS[form], folder / f"arm{FORMS[form].ending}", job)
+    measured, files = saved
+    job = Job(robot=wb.load_robot(str(files.toml)), nominal=wb.load_robot(measured.robot))
+    written = export_robot(FORMS["dh-csv"], tmp_path / "arm.csv", job)
     rows, (_, wanted) = at_observed(files)
-    found = arm_of(read(written.path.read_text()), written.notes, files)(rows)[1]
+    urdf, tool = trip.urdf_arm(files.urdf.read_text()), typed_tool(written.notes)
+    arm = readers.spreadsheet(written.path.read_text())
+    found = trip.frames_arm(arm, urdf if tool is None else replace(urdf, tool=tool))(rows)[1]
     geometry = trip.read_arm(files.urdf)(rows)[1]
     assert trip.pose_difference(found, wanted)[0] == pytest.approx(written.position, abs=MICRON)
     assert trip.pose_difference(found, geometry) < (MICRON, TURN)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from checks import check_forward, check_jacobian, pose_change
+from checks import any_joints, check_forward, check_jacobian, pose_change, with_numbers
 
 from tests.arm.test_statics import MIXED
 from workbench import Frame, Motion, identification_jacobian, load_robot, tool_poses
@@ -29,31 +29,26 @@ def framed(robot, rng):
     return robot.with_frames(base=frame(), tool=frame())
 
 
-def rows(robot, number=3, seed=0):
-    low, high = robot.search_limits.T
-    return np.random.default_rng(seed).uniform(np.maximum(low, -3), np.minimum(high, 3), (number, robot.dof))
-
-
 def test_every_column_of_the_full_chain(robot):
     robot = framed(robot, np.random.default_rng(1))
-    q, names = rows(robot), tuple(e.name for e in robot.chain.elements if e.axis is not Axis.CONSTANT)
+    q, names = (
+        any_joints(robot, 3),
+        tuple(e.name for e in robot.chain.elements if e.axis is not Axis.CONSTANT),
+    )
     poses, twists = identification_jacobian(robot, Motion(q), names)
     np.testing.assert_allclose(poses, tool_poses(robot, Motion(q)), atol=1e-13)
-
-    def moved(values):
-        return tool_poses(robot.with_values(dict(zip(names, values, strict=True))), Motion(q))
-
+    moved = lambda x: tool_poses(with_numbers(robot, names, x), q)  # noqa: E731
     assert check_jacobian(moved, twists, robot.values(names), difference=pose_change) < 1e-7
 
 
 def test_poses_agree_with_pinocchio(robot):
-    assert check_forward(robot, rows(robot, 50)) < 1e-12
-    assert check_forward(framed(robot, np.random.default_rng(2)), rows(robot, 50)) < 1e-12
+    assert check_forward(robot, any_joints(robot, 50)) < 1e-12
+    assert check_forward(framed(robot, np.random.default_rng(2)), any_joints(robot, 50)) < 1e-12
 
 
 def test_joint_columns_are_the_derivative_by_the_joints(robot):
     robot = framed(robot, np.random.default_rng(3))
-    (q,) = rows(robot, 1)
+    (q,) = any_joints(robot, 1)
     found = geometric_jacobian(robot, q[None])[0]
     check_jacobian(lambda x: tool_poses(robot, x), found, q, difference=pose_change)
     assert [robot.chain.elements[k].joint for k in robot.chain.driven] == list(range(robot.dof))

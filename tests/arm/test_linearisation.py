@@ -51,9 +51,3 @@ def test_rows_are_divided_by_their_deviations(aria, q):
     )
     np.testing.assert_allclose(found.unwhitened, twists.reshape(60, 24))
     assert (found.names, found.measurements) == (aria.default_free, 10)
-
-
-def test_covariance_is_the_inverse_normal_matrix(aria, q):
-    linearisation = linearise(aria, q)
-    direct = np.linalg.inv(linearisation.jacobian.T @ linearisation.jacobian)
-    assert np.allclose(linearisation.covariance, direct, rtol=1e-6, atol=1e-20)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from generator import three_parallel
 from refusals import refuses
 
 from workbench import Frame, Robot, load_robot, write_toml
@@ -9,10 +10,7 @@ from workbench.base.assets import built_in_robots
 from workbench.base.errors import DataError, FileError
 
 H = np.pi / 2
-UR5 = np.array([
-    (0, 0.089159, 0, H), (0, 0, -0.425, 0), (0, 0, -0.39225, 0),
-    (0, 0.10915, 0, H), (0, 0.09465, 0, -H), (0, 0.0823, 0, 0),
-])  # fmt: skip
+UR5 = three_parallel().table[:, :4]
 DEGREES = np.degrees(UR5[:, 3])
 
 

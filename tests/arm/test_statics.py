@@ -1,11 +1,14 @@
 """Joint wrenches by hand, against pinocchio, and as derivatives of the potential energy."""
 
 import numpy as np
+import pinocchio as pin
 import pytest
-from checks import joint_wrenches
+from checks import any_joints, joint_wrenches
 from rigid_body import rigid_body
 
 from workbench import Frame, Motion, load_robot
+from workbench.arm.chain import Axis
+from workbench.arm.statics.moments import joint_moments
 from workbench.arm.statics.wrenches import load_regressor
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
@@ -37,22 +40,18 @@ def mixed(tmp_path_factory):
     return robot.with_frames(base=base, tool=tool)
 
 
-def rows(robot, number=10, seed=0):
-    return np.random.default_rng(seed).uniform(-2.5, 2.5, (number, robot.dof))
-
-
 def check_against_pinocchio(robot):
-    q, speed, change = (rows(robot, seed=s) for s in range(3))
+    q, speed, change = (any_joints(robot, 10, s) for s in range(3))
     body = rigid_body(robot)
     np.testing.assert_allclose(joint_wrenches(robot, q), body.wrenches(q), atol=1e-10)
-    np.testing.assert_allclose(
-        joint_wrenches(robot, q, velocity=speed, acceleration=change),
-        body.wrenches(q, velocity=speed, acceleration=change),
-        atol=1e-10,
-    )
-    np.testing.assert_allclose(
-        joint_wrenches(robot, q, velocity=speed), body.wrenches(q, velocity=speed), atol=1e-10
-    )
+    for moving in ({"velocity": speed, "acceleration": change}, {"velocity": speed}):
+        whole = body.wrenches(q, **moving)
+        np.testing.assert_allclose(joint_wrenches(robot, q, **moving), whole, atol=1e-10)
+        if all(robot.chain.elements[k].axis is Axis.RZ for k in robot.chain.driven):
+            found = joint_moments(robot.with_effects(), Motion(q, **moving))
+            np.testing.assert_allclose(found.about, whole[:, :, 5], atol=1e-10)
+            np.testing.assert_allclose(found.across, whole[:, :, 3:5], atol=1e-10)
+            np.testing.assert_allclose(found.tipping, np.hypot(*whole[:, :, 3:5].T).T, atol=1e-10)
 
 
 @pytest.mark.parametrize("name", HEAVY)
@@ -96,7 +95,7 @@ def test_masses_of_fixed_links_count(tmp_path):
 
 
 def test_shift_is_the_same_as_other_constants(mixed):
-    q = rows(mixed)
+    q = any_joints(mixed, 10)
     change = np.random.default_rng(3).uniform(-0.1, 0.1, len(mixed.chain.elements))
     change[mixed.chain.axes == 6] = 0.0
     shifted = joint_wrenches(mixed, q, shift=np.tile(change, (len(q), 1)))
@@ -106,7 +105,7 @@ def test_shift_is_the_same_as_other_constants(mixed):
 
 def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
     """By every mass and centre, also of rows that move; of each weight alone, as wrenches add up."""
-    q, speed, change = (rows(mixed, seed=s) for s in range(3))
+    q, speed, change = (any_joints(mixed, 10, s) for s in range(3))
     motion = Motion(q, velocity=speed, acceleration=change)
     found = load_regressor(mixed, motion, np.arange(len(mixed.inertia)))
     step = 1e-3
@@ -114,3 +113,14 @@ def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
         ends = (rigid_body(mixed.with_values({name: value + s})) for s in (step, -step))
         up, down = (body.wrenches(q, velocity=speed, acceleration=change) for body in ends)
         np.testing.assert_allclose(found[..., column], (up - down) / (2.0 * step), atol=1e-8)
+
+
+def test_a_wrench_at_the_tool_is_held_by_the_transposed_jacobian(katana):
+    """pinocchio's Jacobian of the tool, in the measuring frame's axes; the Katana's base is not turned."""
+    q, body = any_joints(katana, 12), rigid_body(katana)
+    wrench = np.random.default_rng(5).uniform(-20.0, 20.0, (12, 6))
+    found = joint_moments(katana, Motion(q, wrench=wrench)).about - joint_moments(katana, Motion(q)).about
+    data, axes = body.model.createData(), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    for row, held, pull in zip(q, found, wrench, strict=True):
+        jacobian = pin.computeFrameJacobian(body.model, data, row, body.tool, axes)
+        np.testing.assert_allclose(held, -jacobian.T @ pull, atol=1e-10)

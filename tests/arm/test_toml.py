@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checks import any_joints
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench import Frame, Motion, Mounting, Robot, load_robot, tool_poses, write_toml
+from workbench import Frame, Mounting, Robot, load_robot, tool_poses, write_toml
 from workbench.arm.robot import JointKind
 from workbench.arm.robot_toml import _RobotReader, read_toml, robot_from_table
 from workbench.base import se3
@@ -26,14 +27,10 @@ def read(folder, text):
     return read_toml(path)
 
 
-def rows(robot, number=5, seed=0):
-    return np.random.default_rng(seed).uniform(-2, 2, (number, robot.dof))
-
-
 def assert_same(first, second):
     """Everything that a robot's file can say is equal."""
-    q = rows(first)
-    np.testing.assert_allclose(tool_poses(first, Motion(q)), tool_poses(second, Motion(q)), atol=1e-9)
+    q = any_joints(first, 5)
+    np.testing.assert_allclose(tool_poses(first, q), tool_poses(second, q), atol=1e-9)
     for name in ("name", "convention", "dof", "default_free", "link_ends"):
         assert getattr(first, name) == getattr(second, name)
     np.testing.assert_array_equal(first.limits, second.limits)

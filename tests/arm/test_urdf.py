@@ -1,13 +1,11 @@
 """URDF files in and out: every kind of joint, real arms, calibrated copies, round trips with TOML."""
 
 import xml.etree.ElementTree as ET
-from importlib.metadata import distribution
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from checks import any_joints, check_forward, holding, joint_wrenches
+from checks import DESCRIPTIONS, any_joints, check_forward, holding, joint_wrenches, with_numbers
 from generator import rotation
 from refusals import refuses
 
@@ -35,15 +33,6 @@ REAL = {
     "tiago_description/robots/tiago_no_hand.urdf": (None, 8),
     "baxter_description/urdf/baxter.urdf": ("left_gripper_base_link", 7),
 }
-
-
-def find_descriptions() -> Path:
-    files = distribution("example-robot-data").files or []
-    panda = next(f for f in files if f.name == "panda.urdf")
-    return Path(str(panda.locate())).resolve().parents[2]
-
-
-DESCRIPTIONS = find_descriptions()
 
 
 def urdf(*joints, links="abcdefg", name="r"):
@@ -129,7 +118,7 @@ def corrected(robot, seed=0, size=0.02):
     """Random corrections on every joint, and a base and a tool."""
     rng = np.random.default_rng(seed)
     names = [e.name for e in robot.elements if e.name.split(".")[-1] in FRAME_PARTS]
-    robot = robot.with_values(dict(zip(names, rng.uniform(-size, size, len(names)), strict=True)))
+    robot = with_numbers(robot, names, rng.uniform(-size, size, len(names)))
     turns = (frozen(rotation(rng.normal(size=3))) for _ in range(2))
     base, tool = (Frame(frozen(rng.normal(size=3)), turn) for turn in turns)
     return robot.with_frames(base=base, tool=tool)
@@ -154,17 +143,6 @@ def test_calibrated_copies_are_read_back_exactly(file, tmp_path):
     assert tool_poses(load_robot(path), Motion(q)) == pytest.approx(tool_poses(twice, Motion(q)), abs=1e-12)
 
 
-def everything_else(root, changed):
-    """A file's content without the origins of the joints that may change."""
-    content = []
-    for node in root:
-        if node.tag == "joint" and node.get("name") in changed:
-            content.append(("joint", node.get("name"), [ET.tostring(n) for n in node if n.tag != "origin"]))
-        else:
-            content.append(ET.tostring(node))
-    return content
-
-
 @pytest.mark.parametrize("file", ["ur_description/urdf/ur5_robot.urdf", "panda_description/urdf/panda.urdf"])
 def test_calibrated_copies_keep_everything_else(file, tmp_path):
     path = DESCRIPTIONS / file
@@ -173,9 +151,13 @@ def test_calibrated_copies_keep_everything_else(file, tmp_path):
     copy = write_urdf(actual, tmp_path / "calibrated.urdf")
 
     def strip(root):
+        """A file's content without the origins of the joints that may change."""
         for node in root.iter():
             node.tail = node.text = None
-        return everything_else(root, robot.urdf.joints)
+        for node in root.findall("joint"):
+            if node.get("name") in robot.urdf.joints:
+                node.remove(node.find("origin"))
+        return list(map(ET.tostring, root))
 
     before, after = (strip(ET.parse(p).getroot()) for p in (path, copy))
     assert before == after[: len(before)]

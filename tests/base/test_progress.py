@@ -22,9 +22,6 @@ def test_parts_of_the_work_are_scaled_and_may_have_a_text_of_their_own():
 
 
 def test_work_is_stopped_within_and_nowhere_else():
-    def look(found):
-        found.append(cancelled())
-
     check_cancelled()
     with running(cancel=lambda: True):
         with part_of(0.0, 0.5), pytest.raises(Cancelled):
@@ -32,7 +29,7 @@ def test_work_is_stopped_within_and_nowhere_else():
         with running():
             assert not cancelled()
         found = []
-        other = threading.Thread(target=look, args=(found,))
+        other = threading.Thread(target=lambda: found.append(cancelled()))
         other.start()
         other.join()
         assert found == [False]
@@ -41,11 +38,7 @@ def test_work_is_stopped_within_and_nowhere_else():
 
 def test_pieces_come_in_their_order_and_the_next_are_made_meanwhile():
     both = threading.Barrier(2, timeout=60)  # nobody passes unless two are under way at once
-
-    def square(piece: int) -> int:
-        both.wait()
-        return piece**2
-
+    square = lambda piece: (both.wait(), piece**2)[1]  # noqa: E731
     assert list(in_order(square, range(4))) == [0, 1, 4, 9]
     assert list(in_order(lambda _: threading.current_thread(), [0])) == [threading.current_thread()]
 

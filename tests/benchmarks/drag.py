@@ -171,7 +171,10 @@ def serve(calls: Connection, cubes: int, points: int) -> None:
     if points:
         with_points(app, points)
     if cubes:
-        show_cubes(app, cubes)
+        region = with_cubes(app.worker.session, cubes).plate.region
+        app.worker.submit(SetRegion(plain(region.min), plain(region.max), region.cube))
+        app.worker.submit(ShowCubes(CubeView(field="predicted")))
+        app.worker.wait(60.0)
     calls.send(app.url)
     while (what := calls.recv()) != "end":
         if what == "view":
@@ -303,14 +306,6 @@ def side_by_side() -> None:
             f"({ours[1] / bare[1]:.2f} ×); {ours[2]:.1f} frames/s",
             flush=True,
         )
-
-
-def show_cubes(app: App, number: int) -> None:
-    """Cut the region into about so many cubes and show them."""
-    region = with_cubes(app.worker.session, number).plate.region
-    app.worker.submit(SetRegion(plain(region.min), plain(region.max), region.cube))
-    app.worker.submit(ShowCubes(CubeView(field="predicted")))
-    app.worker.wait(60.0)
 
 
 def main() -> None:

@@ -15,6 +15,8 @@ seeds must change nothing in the program.
 import sys
 import time
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count
 from typing import NamedTuple
 
 import beside  # noqa: F401
@@ -141,17 +143,16 @@ def make(case: Case, seed: int, arm: str) -> Measured:
         actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
     state = states(actual, ROWS, of_rows, None)
     state = replace(state, time=np.sort(state.time) + 3.0 * np.arange(ROWS))
-    effects = tuple(_effect(name, detail, actual, state, of_events) for name, detail in case.effects)
+    effects = tuple(
+        next(e for _ in count() if (e := draw(name, actual, state, of_events, detail=detail)) is not None)
+        for name, detail in case.effects
+    )
     _, still = _measured(replace(case, events=()), actual, state, effects, of_events)
     truth, seen = _measured(case, actual, state, effects, of_events)
     sigma = SIGMA if case.pose or case.markers else (SIGMA[0], np.inf)
     shown = Sight(actual, state, not case.known, sigma).beside_geometry(seen, still)
-    noise = (
-        of_noise.standard_normal((ROWS, 6))
-        if case.tails is None
-        else of_noise.standard_t(case.tails, (ROWS, 6))
-    )
-    noise *= np.repeat(SIGMA, 3)
+    drawn = of_noise.standard_normal if case.tails is None else partial(of_noise.standard_t, case.tails)
+    noise = drawn(size=(ROWS, 6)) * np.repeat(SIGMA, 3)
     seen[:, :3, 3] += noise[:, :3]
     seen[:, :3, :3] = rotation(noise[:, 3:]) @ seen[:, :3, :3]
     order = of_noise.permutation(ROWS) if case.shuffled else np.arange(ROWS)
@@ -168,19 +169,13 @@ def make(case: Case, seed: int, arm: str) -> Measured:
     return Measured(robot_of(nominal, arm, not case.known), data, truth, effects, order, shown)
 
 
-def _effect(name, detail, arm, state, rng):
-    while (found := draw(name, arm, state, rng, detail=detail)) is None:
-        pass
-    return found
-
-
 def _measured(case, arm, state, effects, rng):
     """What happened, and the poses (rows, 4, 4) that were measured without noise."""
     bases, tools = np.tile(arm.base, (ROWS, 1, 1)), np.tile(arm.tool, (ROWS, 1, 1))
-    q, truth, count = state.q.copy(), [], len(case.events)
+    q, truth, number = state.q.copy(), [], len(case.events)
     grown = 1.0 - np.exp(-(state.time - state.time[0]) / PACE)
     for k, event in enumerate(case.events):
-        low, high = (0.9, 0.95) if case.late else 2 * ((k + 0.7) / (count + 0.4),)
+        low, high = (0.9, 0.95) if case.late else 2 * ((k + 0.7) / (number + 0.4),)
         row = min(int(ROWS * rng.uniform(low, high)) + int(rng.integers(-4, 5)), ROWS - 6)
         joint = int(rng.integers(arm.dof))
         if event == "zero-step":
@@ -230,28 +225,24 @@ def judge(name: str, seed: int) -> dict:
         output = [(cause.kind, j) for j in cause.joints or (None,)]
         if cause.kind in EVENTS:
             row = int(made.measured[cause.row])
-            hit = next((t for t in missed if [(t.kind, t.joint)] == output and _near(t.row, row)), None)
+            alike = [t for t in missed if [(t.kind, t.joint)] == output]
+            hit = next((t for t in alike if t.row is None or abs(t.row - row) <= NEAR), None)
             if hit is None:
                 false.append(f"{cause.label} at {row} ({cause.confidence})")
             else:
                 missed.remove(hit)
         elif not known.issuperset(output):
             false.append(f"{cause.label} ({cause.confidence})")
-    errors = found.error.after.position_mm.mean
     return {
         "arm": arm,
         "right": not missed,
         "shown": not made.truth or made.shown >= DISTINGUISHABLE,
         "missed": [f"{t.kind} {t.joint} {t.row}" for t in missed],
         "false": false,
-        "after_mm": errors,
+        "after_mm": found.error.after.position_mm.mean,
         "message": found.message,
         "seconds": seconds,
     }
-
-
-def _near(true: int | None, found: int) -> bool:
-    return true is None or abs(true - found) <= NEAR
 
 
 def main(arguments=None):

@@ -6,7 +6,7 @@
 
 Folds are drawn over whole groups where the data have them (the UR10: grid points). Every fold is a diagnosis
 of its own, so causes may differ from fold to fold; errors are means over the held-out rows of all folds.
-Every fold is printed on standard error as it ends.
+Every fold is printed on standard error as it ends, with its verdict, map and scatter of joints.
 """
 
 import argparse
@@ -21,8 +21,6 @@ import beside
 import numpy as np
 from claims import claims, map_gain
 from real_arms import SETS, load, plane, set_names, splits
-from rich.console import Console
-from rich.table import Table
 
 from workbench.diagnosis.diagnose import diagnose
 
@@ -113,25 +111,6 @@ def tasks(given) -> Iterator[tuple[str, str, object, object, object]]:
                 yield (name, f"fold {seed}.{k}", robot, *rows)
 
 
-def row(name, folds: list[Part]):
-    """Cells of a set."""
-    position, turned = (np.mean([getattr(f, key) for f in folds], axis=0) for key in ("position", "turned"))
-    found = Counter(cause for f in folds for cause in f.causes)
-    gains = [f.map_mm for f in folds if np.isfinite(f.map_mm)]
-    noises = [f.joint_noise for f in folds if f.joint_noise is not None]
-    yield name
-    yield str(len(folds))
-    yield " → ".join(f"{p:.4f}" for p in position)
-    yield "" if np.isnan(turned).any() else " → ".join(f"{t:.4f}" for t in turned)
-    yield " ".join(str(f.rows[2]) for f in folds) if any(f.rows[2] for f in folds) else ""
-    yield ", ".join(f"{cause} ({times})" for cause, times in found.most_common()) or "nothing"
-    yield f"{np.mean([len(f.causes) for f in folds]):.1f}"
-    yield f"{np.mean(gains):.4f}" if gains else ""
-    yield ", ".join(f"{verdict} ({times})" for verdict, times in Counter(f.verdict for f in folds).items())
-    yield f"{np.mean(noises):.2g} mrad ({len(noises)})" if noises else ""
-    yield f"{np.mean([f.seconds for f in folds]):.1f}"
-
-
 def main(arguments=None):
     given = options(arguments)
     folds: dict[str, list[Part]] = {}
@@ -139,18 +118,14 @@ def main(arguments=None):
         done = one(robot, train, held)
         print(f"{name}, {part}: {done}", file=sys.stderr, flush=True)
         folds.setdefault(name, []).append(done)
-    heads = "set|folds|held out [mm]|held out [°]|unspoken|found|causes|map [mm]|verdict|joint noise|s"
-    title = "diagnosis of measured arms: nominal → geometry → final"
-    table = Table(*heads.split("|"), title=title)
     for name, parts in folds.items():
-        table.add_row(*row(name, parts))
-    console = Console(width=max(Console().width, 200))
-    console.print(table)
-    for name, parts in folds.items():
+        errors = (np.mean([getattr(p, key) for p in parts], axis=0) for key in ("position", "turned"))
+        mm, deg = (" → ".join(f"{e:.4f}" for e in own) for own in errors)
+        seconds = np.mean([p.seconds for p in parts])
+        print(f"{name}, nominal → geometry → final over {len(parts)} folds: {mm} mm, {deg}°; {seconds:.1f} s")
         result = [pair for p in parts for pair in zip(p.causes, p.sentences, strict=True)]
         for cause, times in Counter(cause for cause, _ in result).most_common():
-            first = next(sentence for other, sentence in result if other == cause)
-            console.print(f"{name} ({times} of {len(parts)}): {first}", highlight=False)
+            print(f"  {times} of {len(parts)}: {next(text for other, text in result if other == cause)}")
 
 
 if __name__ == "__main__":

@@ -1,18 +1,20 @@
-"""Diagnose virtual arms whose effects nobody declared, and print what was named for what.
+"""Diagnose virtual arms with effects that nobody declared, or with gaps in their files; print what was named.
 
     python tests/benchmarks/zoo.py --arms 10                                     # tuning seeds
     python tests/benchmarks/zoo.py --seeds judging --arms 100 --check
     python tests/benchmarks/zoo.py --cases compliance,two --conditions ideal,masses10 --on six
+    python tests/benchmarks/zoo.py --gaps all --seeds judging --arms 1000 --check
 
 Arms and effects are those of `tests/diagnosis/arms.py`, seed by seed on one morphology after the other; what
 is right is said in `tests/diagnosis/judge.py`. Arms with an effect are diagnosed under `--conditions`, arms
-without one under `--alarms`. Results on judging seeds must change nothing in the program.
+without one under `--alarms`. With `--gaps` every seed draws one of `tests/diagnosis/gaps.py`, what is hidden,
+the morphology, 60 to 120 rows, whether base and tool are known and whether orientations are measured. Results
+on judging seeds must change nothing in the program.
 """
 
 import argparse
 import multiprocessing
 import sys
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -22,14 +24,12 @@ import beside  # noqa: F401
 import numpy as np
 from arms import UnseenError, make
 from calibration import bins, expected_error
-from cases import CASES, WITHOUT, Case
+from cases import CASES, WITHOUT
 from conditions import CONDITIONS, Conditions, under
+from gaps import GAPS, judge_gap
 from judge import Judged, judge
 from morphologies import ARMS, MORPHOLOGIES, SIX
 from options import ended, run_options, some_of
-from rich.console import Console
-from rich.progress import track
-from scipy.stats import binomtest
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.report.blocks import ResultTable
@@ -37,16 +37,19 @@ from workbench.report.result_display import as_text
 
 GROUPS = {"all": tuple(MORPHOLOGIES), "six": SIX, "classic": tuple(ARMS)}
 """Morphologies by one word."""
-EACH, THREE, GOOD, ALARMS, FALSE, ODDS = 0.95, 0.85, 0.95, 0.02, 0.05, 0.05
+EACH, THREE, GOOD, ALARMS, FALSE, ODDS, KEPT = 0.95, 0.85, 0.95, 0.02, 0.05, 0.05, 0.03
 """Least share right of each kind, of three at once, and of good models; greatest share of arms without an
-effect that are accused under a condition, of false causes per arm, and expected error of stated odds."""
+effect that are accused under a condition, of false causes per arm, and expected errors of stated odds: of
+whole files, and of those with gaps."""
+CLAIMED = (("certain", True), ("certain", False), ("probable", False))
 HEADS = (
-    "case", "arms", "right", "or in a class", "missed", "false", "failed", "good", "error / σ", "seconds"
-)  # fmt: skip
+    *("", "arms", "right", "or in a class", "missed", "certain, true", "certain, false", "probable, false"),
+    *("failed", "good", "error / σ", "seconds"),
+)
 
 
 class Task(NamedTuple):
-    """One case to make and judge."""
+    """One case to make and judge: what is hidden, or else a gap."""
 
     kind: str
     condition: str
@@ -59,112 +62,111 @@ def options(arguments=None):
     own.add_argument("--on", type=where, default="all", help=f"morphologies, or {', '.join(GROUPS)}")
     own.add_argument("--conditions", type=conditions, default="ideal", help="of arms with an effect, or all")
     own.add_argument("--alarms", type=conditions, default="all", help="of arms without an effect, likewise")
-    own.add_argument("--held-out", type=float, default=0.0, help="share kept from the diagnosis")
+    own.add_argument("--gaps", type=some_of(GAPS, all=GAPS), help="of files, in place of conditions; or all")
     own.add_argument("--jobs", type=int, default=2, help="processes; 0: this one, for a debugger")
     return run_options(__doc__.splitlines()[0], "cases", CASES, arms=10, arguments=arguments, own=[own])
 
 
 def tasks(given) -> Iterator[Task]:
     """What is to be judged."""
+    if given.gaps:
+        yield from (Task("", given.gaps[seed % len(given.gaps)], seed) for seed in given.seeds)
+        return
     for kind in given.kinds:
         for condition in given.alarms if kind in WITHOUT else given.conditions:
             if not CASES[kind].misseated or condition == "ideal":
                 yield from (Task(kind, condition, seed) for seed in given.seeds)
 
 
-def one(task: Task, given) -> Judged | None:
-    """Make and judge one case; None where no arm can show it."""
-    case = drawn(task, given.on)
-    return None if case is None else judge(case, diagnose, held_out=given.held_out)
-
-
-def drawn(task: Task, arms: Sequence[str]) -> Case | None:
-    """The case on the morphology whose turn it is, or on the next one that can show it."""
+def one(task: Task, arms: Sequence[str]) -> Judged | None:
+    """Make and judge one case on the morphology whose turn it is, or on the next one that can show it."""
+    if not task.kind:
+        return judge_gap(task.condition, task.seed)
     condition = CONDITIONS[task.condition]
     for k in range(len(arms)):
-        arm = arms[(task.seed + k) % len(arms)]
+        about = task.kind, task.seed, arms[(task.seed + k) % len(arms)]
         try:
-            if condition == Conditions():
-                return make(task.kind, task.seed, arm)
-            return under(condition, task.kind, task.seed, arm)
+            case = make(*about) if condition == Conditions() else under(condition, *about)
         except UnseenError:
             continue
+        return judge(case, diagnose, held_out=0.0)
     return None
 
 
 def run(given) -> dict[Task, Judged]:
     """All judged cases, in the order of tasks."""
-    wanted, work = list(tasks(given)), partial(one, given=given)
-    shown = {"description": "diagnosing", "total": len(wanted), "console": Console(stderr=True)}
+    wanted, work = list(tasks(given)), partial(one, arms=given.on)
     if given.jobs:
         with ProcessPoolExecutor(given.jobs, multiprocessing.get_context("spawn")) as pool:
-            found = list(track(pool.map(work, wanted), **shown))
+            found = list(pool.map(work, wanted))
     else:
-        found = list(track(map(work, wanted), **shown))
+        found = list(map(work, wanted))
     return {task: judged for task, judged in zip(wanted, found, strict=True) if judged is not None}
 
 
-def by_kind(judged: Iterable[Judged]) -> dict[str, list[Judged]]:
-    """Judged diagnoses per kind, in order of appearance."""
-    out = defaultdict(list)
-    for one in judged:
-        out[one.kind].append(one)
-    return out
-
-
-def bounded(part: int, whole: int) -> str:
-    """A share with its 95 % bounds (Wilson's)."""
-    if not whole:
-        return ""
-    low, high = binomtest(part, whole).proportion_ci(method="wilson")
-    return f"{100 * part / whole:.0f} % ({100 * low:.0f}–{100 * high:.0f})"
-
-
 def cells(name: str, ones: Sequence[Judged]) -> tuple[str, ...]:
-    """How some diagnoses came out; what the rows can't show is left out of all but the number of arms."""
+    """How some diagnoses came out; what the rows can't show is left out of all but arms and claims."""
     asked = [j for j in ones if j.seen]
     whole, unseen = len(asked), len(ones) - len(asked)
     errors = [j.error for j in asked if np.isfinite(j.error)] or [np.nan]
     seconds = [j.seconds for j in asked if not j.failed] or [np.nan]
-    right, good = (bounded(sum(bool(getattr(j, name)) for j in asked), whole) for name in ("right", "good"))
-    in_class, missed, false = (
-        sum(map(count, asked))
-        for count in (lambda j: j.right_or_class, lambda j: bool(j.missed), lambda j: len(j.extra))
-    )
+    counts = [sum(bool(getattr(j, name)) for j in asked) for name in ("right_or_class", "missed")]
+    counts += [sum(j.claimed(*how) for j in ones) for how in CLAIMED]
     return (
-        name, f"{whole}{f' (+{unseen})' if unseen else ''}", right, str(in_class), str(missed), str(false),
-        str(sum(j.failed for j in asked)), good, f"{np.median(errors):.2f}", f"{np.median(seconds):.1f}",
+        name, f"{whole}{f' (+{unseen})' if unseen else ''}", str(sum(j.right for j in asked)),
+        *map(str, [*counts, sum(j.failed for j in asked)]), str(sum(j.good for j in asked)),
+        f"{np.median(errors):.2f}", f"{np.median(seconds):.1f}",
     )  # fmt: skip
 
 
-def bounds(
-    hidden: Sequence[Judged], calm: Mapping[str, Sequence[Judged]], every: Sequence[Judged]
-) -> Iterator[tuple[str, bool]]:
+def table(title: str, groups: Mapping[str, Sequence[Judged]]) -> None:
+    """One line for each group that has any."""
+    rows = [cells(name, ones) for name, ones in groups.items() if ones]
+    print(as_text([ResultTable(title, HEADS, rows)], 160))
+
+
+def bounds(given, judged: Mapping[Task, Judged]) -> Iterator[tuple[str, bool]]:
     """Sentences and whether they hold: of arms with an effect under ideal conditions, of those without by
-    condition, of all."""
-    for kind, ones in by_kind(j for j in hidden if j.seen).items():
-        minimum, right = THREE if kind == "three" else EACH, sum(j.right for j in ones)
-        yield f"{kind}: right ≥ {minimum:.0%}: {bounded(right, len(ones))}", right >= minimum * len(ones)
-    if named := [j for j in hidden if j.seen and not j.nameless]:
-        good = sum(bool(j.good) for j in named)
-        text = f"saved model within half of the noise ≥ {GOOD:.0%}: {bounded(good, len(named))}"
-        yield text, good >= GOOD * len(named)
-    for condition, ones in calm.items():
-        alarms = sum(bool(j.found or j.extra) for j in ones)
-        text = f"no effect, {condition}: accused ≤ {ALARMS:.0%}: {alarms} of {len(ones)}"
-        yield text, alarms <= ALARMS * len(ones)
-    rate = sum(len(j.extra) for j in every) / max(len(every), 1)
-    yield f"false causes per arm ≤ {FALSE}: {rate:.3f}", rate <= FALSE
+    condition, of files with gaps, of all."""
+    every = list(judged.values())
+    if given.gaps:
+        certain = sum(j.claimed("certain", False) for j in every)
+        yield f"certain and false: {certain} of {len(every)}", not certain
+    else:
+        hidden = [j for t, j in judged.items() if t.kind not in WITHOUT and t.condition == "ideal" and j.seen]
+        for kind, ones in grouped((j.kind, j) for j in hidden).items():
+            minimum, right = THREE if kind == "three" else EACH, sum(j.right for j in ones)
+            yield f"{kind}: right ≥ {minimum:.0%}: {right} of {len(ones)}", right >= minimum * len(ones)
+        if named := [j for j in hidden if not j.nameless]:
+            good = sum(j.good for j in named)
+            text = f"saved model within half of the noise ≥ {GOOD:.0%}: {good} of {len(named)}"
+            yield text, good >= GOOD * len(named)
+        for condition, ones in grouped(
+            (t.condition, j) for t, j in judged.items() if t.kind in WITHOUT
+        ).items():
+            alarms = sum(bool(j.found or j.extra) for j in ones)
+            text = f"no effect, {condition}: accused ≤ {ALARMS:.0%}: {alarms} of {len(ones)}"
+            yield text, alarms <= ALARMS * len(ones)
+        rate = sum(len(j.extra) for j in every) / max(len(every), 1)
+        yield f"false causes per arm ≤ {FALSE}: {rate:.3f}", rate <= FALSE
     if off := [j for j in every if j.misseated]:
         rows = sum(j.rows_right for j in off)
         yield f"misplaced rows found, ≤ 1 false: {rows} of {len(off)}", rows == len(off)
     if stated := bins([pair for j in every for pair in j.odds]):
-        error = expected_error(stated)
-        yield f"expected error of stated odds ≤ {ODDS:.0%}: {error:.1%}", error <= ODDS
+        error, most = expected_error(stated), KEPT if given.gaps else ODDS
+        yield f"expected error of stated odds ≤ {most:.0%}: {error:.1%}", error <= most
+
+
+def grouped(pairs: Iterable[tuple[str, Judged]]) -> dict[str, list[Judged]]:
+    """Judged diagnoses by a word, in order of appearance."""
+    out: dict[str, list[Judged]] = {}
+    for name, one in pairs:
+        out.setdefault(name, []).append(one)
+    return out
 
 
 def wrong(task: Task, j: Judged) -> str:
-    """One line on a case that is not right."""
+    """One line on a case that is not right, and what was falsely claimed."""
     truth, found = (
         ", ".join(
             " ".join(str(w) for w in (n.name, *(k + 1 for k in n.joints), n.detail or "")) for n in names
@@ -173,28 +175,32 @@ def wrong(task: Task, j: Judged) -> str:
     )
     rows = f"; rows −{j.overlooked} +{j.accused}" if j.overlooked or j.accused else ""
     errors = f"error {j.before:.2f} → {j.error:.2f} σ{'' if j.seen else ', hardly shown'}"
-    return f"{task.condition}: {j.kind} {j.arm} {j.seed}: {truth} → {found}{rows} ({j.verdict}, {errors})"
+    false = "".join(f"\n    {text} ({how}, {p:.4f})" for text, how, p, true in j.claims if not true)
+    return (
+        f"{task.condition}: {j.kind} {j.arm} {j.seed}: {truth} → {found}{rows} ({j.verdict}, {errors}){false}"
+    )
 
 
 def main(arguments=None):
     given = options(arguments)
     judged = run(given)
-    hidden = {task: j for task, j in judged.items() if task.kind not in WITHOUT}
-    for condition in given.conditions:
-        kinds = by_kind(j for task, j in judged.items() if task.condition == condition)
-        rows = [cells(kind, ones) for kind, ones in kinds.items()]
-        print(as_text([ResultTable(condition, HEADS, rows)], 150))
-    calm = {c: [j for t, j in judged.items() if t.kind in WITHOUT and t.condition == c] for c in CONDITIONS}
-    calm = {condition: ones for condition, ones in calm.items() if ones}
-    rows = [cells(condition, ones) for condition, ones in calm.items()]
-    print(as_text([ResultTable("no effect", HEADS, rows)], 150))
+    if given.gaps:
+        by_gap = grouped((task.condition, j) for task, j in judged.items())
+        table("files with gaps", by_gap | {"all": list(judged.values())})
+    else:
+        for condition in given.conditions:
+            table(
+                condition, grouped((j.kind, j) for task, j in judged.items() if task.condition == condition)
+            )
+        table("no effect", grouped((t.condition, j) for t, j in judged.items() if t.kind in WITHOUT))
     for task, j in judged.items():
-        if given.wrong and not (j.right and j.rows_right):
+        if given.wrong and not (
+            all(true for *_, true in j.claims) if given.gaps else j.right and j.rows_right
+        ):
             print(wrong(task, j))
     for b in bins([pair for j in judged.values() for pair in j.odds]):
         print(f"stated {100 * b.stated:.4g} %: {b.true} of {b.claims} claims true")
-    ideal = [j for task, j in hidden.items() if task.condition == "ideal"]
-    return ended(given, bounds(ideal, calm, list(judged.values())))
+    return ended(given, bounds(given, judged))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """The command that finds what the geometry lacks, and what its saved arm is good for."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -38,14 +37,12 @@ def moved():
 # -- whole runs -----------------------------------------------------------------------------------
 
 
-def test_found_saved_and_used(run, soft):
+def test_found_saved_and_used(told, soft):
     """diagnose → evaluate and identify with the saved arm: the effect stays in force."""
     data = soft / "soft.csv"
-    status, out, _ = run("diagnose", data, "--robot", "aria", "--save", "c.toml", "--json", "r.json")
-    assert status == 0
+    found, out = told("diagnose", data, "--robot", "aria", "--save", "c.toml")
     assert "joint-compliance" in out
     assert mentions(out, "c.toml")
-    found = json.loads(Path("r.json").read_text())
     assert found["schema"] == "workbench.diagnosis/1"
     assert [(e["name"], e["joints"]) for e in found["effects"]] == [("joint-compliance", [2])]
     assert found["measurements"]["used"] + found["measurements"]["held_out"] == 70
@@ -53,14 +50,12 @@ def test_found_saved_and_used(run, soft):
     assert after < 0.6 * before
     assert "[[effect]]" in Path("c.toml").read_text()
 
-    assert run("evaluate", data, "--robot", "c.toml", "--json", "e.json")[0] == 0
-    whole = json.loads(Path("e.json").read_text())["errors"]["position_mm"]["mean"]
+    whole = told("evaluate", data, "--robot", "c.toml")[0]["errors"]["position_mm"]["mean"]
     parts = found["after"]
     train, held_out = (parts[rows]["position_mm"]["mean"] for rows in ("train", "held_out"))
     expected = (56 * train + 14 * held_out) / 70
     assert 0.95 * expected < whole < expected  # the saved arm was fitted on all rows
-    assert run("identify", data, "--robot", "c.toml", "--algorithm", "ols", "--json", "i.json")[0] == 0
-    again = json.loads(Path("i.json").read_text())["algorithms"]["ols"]
+    again = told("identify", data, "--robot", "c.toml", "--algorithm", "ols")[0]["algorithms"]["ols"]
     assert 0.8 * after < again["held_out"]["position_mm"]["mean"] < 1.05 * after  # its nominal is calibrated
 
 

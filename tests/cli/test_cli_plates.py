@@ -1,15 +1,11 @@
 """The commands about plates, from end to end."""
 
-import json
-
 import pytest
 
 
-def test_score_of_table_2(run, tmp_path):
-    status, out, _ = run("plate", "score", "table2", "--robot", "aria", "--json", "score.json")
-    assert status == 0
+def test_score_of_table_2(told):
+    found, out = told("plate", "score", "table2", "--robot", "aria")
     assert "position error, rms [mm]" in out
-    found = json.loads((tmp_path / "score.json").read_text())
     assert found["schema"] == "workbench.plate-score/1"
     assert found["robot"] == "ARIA"
     assert [t["target"] for t in found["targets"]] == list(range(1, 11))

@@ -42,10 +42,7 @@ def inputs(tmp_path_factory) -> Path:
     wb.write_measurements(rows, folder / "rows.csv")
     wb.write_measurements(wb.measure_poses(robot, 4, actual=robot)[1], folder / "typed.csv")
     q = np.linspace([0.1, -0.4, 0.5, 0.2, 0.4, 0.1], [0.3, -0.5, 0.6, 0.3, 0.5, 0.2], 5)
-    lines = [",".join(f"q{i}[rad]" for i in range(1, 7)), *(",".join(map(repr, row)) for row in q.tolist())]
-    (folder / "circle.csv").write_text(
-        "time[s]," + "\n".join([lines[0], *(f"{k},{r}" for k, r in enumerate(lines[1:]))])
-    )
+    wb.write_measurements(wb.Dataset(q, time=np.arange(5.0)), folder / "circle.csv")
     return folder
 
 

@@ -1,4 +1,4 @@
-"""What a diagnosis claims, one form for whatever it hands out: its causes, or its effects where it has none.
+"""What a diagnosis claims, by the names of its causes.
 
 An effect of several joints or orders is several names. A claim that `cannot tell` leads a class of
 look-alikes: it names nothing, and is no accusation either if the truth is in its class.
@@ -43,12 +43,10 @@ class Claim:
 
 
 def claims(result) -> tuple[Claim, ...]:
-    """Causes of a diagnosis; its effects, without odds, where it has no such list."""
-    if getattr(result, "causes", None) is None:
-        return tuple(Claim(tuple(named(e)), sentence=getattr(e, "text", "")) for e in result.effects)
+    """Causes of a diagnosis."""
     return tuple(
         Claim(
-            names=tuple(named(cause)),
+            names=tuple(named(cause.whole)),
             rivals=tuple(n for other in cause.look_alikes for n in named(other)),
             confidence=str(cause.confidence),
             odds=float(cause.odds),
@@ -58,28 +56,12 @@ def claims(result) -> tuple[Claim, ...]:
     )
 
 
-def named(thing) -> Iterator[Named]:
-    """Names in an effect, in a record that holds one, or in a cause of several."""
-    if isinstance(thing, str):
-        yield Named(thing)
-    elif hasattr(thing, "whole"):
-        yield from named(thing.whole)
-    elif getattr(thing, "effects", ()):
-        for effect in thing.effects:
-            yield from named(effect)
-    elif hasattr(thing, "effect"):
-        yield from named(thing.effect)
-    elif hasattr(thing, "kind"):
-        yield from (
-            (Named(str(thing.kind), (j,)) for j in thing.joints)
-            if thing.joints
-            else (Named(str(thing.kind)),)
-        )
-    else:
-        whole = thing.name == "joint-coupling" or not thing.joints
-        details = getattr(thing, "orders", (getattr(thing, "by", None),))
-        for joints in [thing.joints] if whole else [(j,) for j in thing.joints]:
-            yield from (Named(thing.name, joints, detail) for detail in details)
+def named(effect) -> Iterator[Named]:
+    """Names of an effect or event, one a joint and order."""
+    whole = effect.name == "joint-coupling" or not effect.joints
+    details = getattr(effect, "orders", (getattr(effect, "by", None),))
+    for joints in [effect.joints] if whole else [(j,) for j in effect.joints]:
+        yield from (Named(effect.name, joints, detail) for detail in details)
 
 
 def map_gain(result) -> float:

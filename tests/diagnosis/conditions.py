@@ -13,11 +13,8 @@ from arms import MORPHOLOGIES, SIGMA, make, robot_of, states
 from cases import CASES, Case, required
 from decide import Sight, decidable, shows
 from generator import rotation
-from laws import State, wound
+from laws import State, straight_moments, wound
 from laws import poses as deflected_poses
-from load_sides import open_rows
-
-from workbench.data.dataset import Dataset
 
 GRID = 5
 """Positions of each joint on a grid of poses."""
@@ -85,9 +82,14 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
     case = make(kind, seed, arm, poses=given.poses, free_frames=given.free)
     rng = np.random.default_rng([seed, 77])
     state = _chosen(case, given, rng)
-    stated = _as_filed(MORPHOLOGIES[arm](), given, rng)
+    stated = MORPHOLOGIES[arm]()
+    masses = stated.masses * (1.0 + given.masses * rng.uniform(-1.0, 1.0, stated.dof))
+    coms = stated.coms + given.coms * rng.uniform(-1.0, 1.0, (stated.dof, 3))
+    stated = replace(stated, masses=masses, coms=coms)  # as a data sheet has them
     seen = deflected_poses(case.actual, case.hidden, state)
-    noise = _noise(given, rng, (len(seen), 6)) * np.repeat(given.sigma, 3)
+    size = len(seen), 6
+    noise = rng.standard_normal(size) if given.tails is None else rng.standard_t(given.tails, size)
+    noise *= np.repeat(given.sigma, 3)
     seen[:, :3, 3] += noise[:, :3]
     seen[:, :3, :3] = rotation(noise[:, 3:]) @ seen[:, :3, :3]
     data = replace(
@@ -101,13 +103,11 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
         payload=state.payload if case.data.payload is not None else None,
         sigma=_stated(given, rng, len(seen)),
     )
-    exact, filed = states_of(case.exact), replace(case.actual, masses=stated.masses, coms=stated.coms)
-    is_open = open_rows(case.actual, filed, case.hidden, state, exact, given.masses, given.coms)
     return replace(
         case,
         robot=robot_of(stated, arm, given.free),
         data=data,
-        exact=case.exact.take(~is_open),
+        exact=case.exact.take(_sides_agree(case, stated)),
         state=state,
         misseated=(),
         sigma=given.sigma,
@@ -115,10 +115,17 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
     )
 
 
-def states_of(rows: Dataset) -> State:
-    """Drivers of rows as a file has them."""
+def _sides_agree(case: Case, filed) -> np.ndarray:
+    """Noise-free rows whose loose joints lie, by the file's masses, where they are in their play."""
+    rows, agree = case.exact, np.ones(len(case.exact), bool)
     payload = np.zeros(len(rows)) if rows.payload is None else rows.payload
-    return State(rows.q, rows.direction, rows.time, rows.temperature, payload)
+    state = State(rows.q, rows.direction, rows.time, rows.temperature, payload)
+    arms = case.actual, replace(case.actual, masses=filed.masses, coms=filed.coms)
+    sides = [np.sign(straight_moments(arm, state)[:, :, 2]) for arm in arms]
+    for effect in case.hidden:
+        if effect.name == "backlash" and effect.detail == "moment":
+            agree &= sides[0][:, effect.joints[0]] == sides[1][:, effect.joints[0]]
+    return agree
 
 
 def _seen(case: Case, given: Conditions, state: State) -> bool:
@@ -149,19 +156,6 @@ def _chosen(case: Case, given: Conditions, rng: np.random.Generator) -> State:
         direction = np.where(direction == 0.0, state.direction, direction)
         return replace(state, q=q, direction=direction, wound=wound(path)).take(slice(0, given.poses))
     return state.take(slice(0, given.poses))
-
-
-def _as_filed(arm, given: Conditions, rng: np.random.Generator):
-    """The nominal arm with masses and centres of mass as a data sheet has them."""
-    return replace(
-        arm,
-        masses=arm.masses * (1.0 + given.masses * rng.uniform(-1.0, 1.0, arm.dof)),
-        coms=arm.coms + given.coms * rng.uniform(-1.0, 1.0, (arm.dof, 3)),
-    )
-
-
-def _noise(given: Conditions, rng: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
-    return rng.standard_normal(shape) if given.tails is None else rng.standard_t(given.tails, shape)
 
 
 def _stated(given: Conditions, rng: np.random.Generator, rows: int) -> np.ndarray | None:

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from generator import VirtualArm, four, rotation
-from laws import NAMELESS, WHOLE, Effect, State, change, own_shift, poses, turns
+from laws import NAMELESS, WHOLE, Effect, State, change, poses, turns
 
 SHOWN, DISTINGUISHABLE = 20.0, 7.0
 STEP = 1e-6
@@ -55,7 +55,7 @@ class Sight:
             return self._white(change(poses(self.arm, [effect], self.state), self.poses))
         before, held = self.drives
         bend = turns(self.arm, effect, self.state, held)
-        shift = own_shift(self.arm, bend)
+        shift = bend * (self.arm.sliding[:, None] & np.array([False, False, True]))
         joints = np.flatnonzero(bend.any((0, 2)))
         axes, lever = before[joints, :, :3, :3], self.poses[:, :3, 3] - before[joints, :, :3, 3]
         turned, moved = (

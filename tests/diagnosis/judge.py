@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from cases import ANY, CASES, Case, Named
-from claims import claims, map_gain
+from claims import claims
 
-from workbench import Dataset, Motion, tool_poses
+from workbench import Motion, tool_poses
 from workbench.base.errors import DataError
 
 HALF = 0.5
@@ -38,7 +38,7 @@ class Judged:
         missed: True effects that were not named.
         extra: Named effects that are not there, and leaders of classes that hold no truth.
         left_open: True effects that a class of look-alikes holds, and no claim names.
-        odds: Per claim with odds: the probability that it states, and whether it is true.
+        claims: What each says, its confidence, the probability that it states, and whether it is true.
         nameless: Whether what is hidden has no name.
         seen: Whether the rows can show what is hidden, whatever is told of them.
         verdict: As the diagnosis says it; the error's sentence if it gave none.
@@ -48,8 +48,7 @@ class Judged:
         accused: How many good rows were set apart.
         before: Error of the geometry alone, per standard deviation of the noise; NaN if none is told.
         error: Of the saved model; NaN if it gives no poses.
-        map_mm: What the residual map takes off the held-out error [mm]; NaN where there is none.
-        seconds: What the diagnosis took.
+        seconds: Of the processor.
     """
 
     kind: str
@@ -60,7 +59,7 @@ class Judged:
     missed: tuple[Named, ...] = ()
     extra: tuple[Named, ...] = ()
     left_open: tuple[Named, ...] = ()
-    odds: tuple[tuple[float, bool], ...] = ()
+    claims: tuple[tuple[str, str, float, bool], ...] = ()
     nameless: bool = False
     seen: bool = True
     verdict: str = ""
@@ -70,8 +69,16 @@ class Judged:
     accused: int = 0
     before: float = float("nan")
     error: float = float("nan")
-    map_mm: float = float("nan")
     seconds: float = float("nan")
+
+    @property
+    def odds(self):
+        """Per claim with odds: the probability that it states, and whether it is true."""
+        return [(stated, true) for *_, stated, true in self.claims if np.isfinite(stated)]
+
+    def claimed(self, confidence, true):
+        """Whether anything true, or false, is claimed with this confidence."""
+        return any((how, holds) == (confidence, true) for _, how, _, holds in self.claims)
 
     @property
     def right(self):
@@ -104,9 +111,9 @@ class Judged:
         return self.error <= HALF
 
 
-def judge(case: Case, diagnose, **options) -> Judged:
-    """Diagnose one arm and compare."""
-    start = time.perf_counter()
+def judge(case: Case, diagnose, *, is_true=None, **options) -> Judged:
+    """Diagnose one arm and compare; `is_true` of result, claim and cause where names don't decide."""
+    start = time.process_time()
     facts = {"kind": case.kind, "arm": case.arm, "seed": case.seed, "truth": case.truth, "seen": case.seen}
     facts["nameless"] = CASES[case.kind].nameless
     try:
@@ -114,28 +121,40 @@ def judge(case: Case, diagnose, **options) -> Judged:
     except Exception as error:  # one that breaks is counted, and the others are still judged
         result = f"{type(error).__name__}: {error}"
         return Judged(**facts, missed=case.truth, verdict=result, failed=True, misseated=len(case.misseated))
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     geometry = getattr(result, "before_fit", None)
     claims_of = claims(result)
     found = tuple(n for claim in claims_of if claim.decided for n in claim.names)
+    stated = judged_claims(result, is_true or (lambda _, claim, __: not false_names(case, claim)))
+    maybe = [n for c in claims_of if not c.decided for n in (*c.names, *c.rivals)]
     off, outliers = set(case.misseated), {int(r) for r in result.outliers}
     return Judged(
         **facts,
         found=found,
         missed=tuple(t for t in case.truth if t not in found),
-        extra=tuple(n for claim in claims_of for n in false_names(case, claim)),
-        left_open=tuple(t for t in case.truth if t not in found and _open(t, claims_of)),
-        odds=tuple(
-            (c.probability, not false_names(case, c)) for c in claims_of if np.isfinite(c.probability)
+        extra=tuple(
+            n
+            for claim, (*_, true) in zip(claims_of, stated, strict=True)
+            if not true
+            for n in false_names(case, claim)
         ),
+        left_open=tuple(t for t in case.truth if t not in found and any(_same(n, t) for n in maybe)),
+        claims=stated,
         verdict=str(result.verdict),
         misseated=len(off),
         overlooked=len(off - outliers),
         accused=len(outliers - off),
         before=error_of(geometry.calibrated, case) if geometry is not None else float("nan"),
         error=error_of(result.calibrated, case),
-        map_mm=map_gain(result),
         seconds=seconds,
+    )
+
+
+def judged_claims(result, is_true) -> tuple[tuple[str, str, float, bool], ...]:
+    """As `Judged` has them."""
+    return tuple(
+        (claim.sentence, claim.confidence, claim.probability, bool(is_true(result, claim, cause)))
+        for claim, cause in zip(claims(result), result.causes, strict=True)
     )
 
 
@@ -156,19 +175,10 @@ def _same(result: Named, truth: Named) -> bool:
     return result == truth or result == Named(truth.name, truth.joints) or result == Named(truth.name)
 
 
-def _open(truth: Named, claims_of) -> bool:
-    """Whether a class of look-alikes holds an effect."""
-    return any(_same(n, truth) for c in claims_of if not c.decided for n in (*c.names, *c.rivals))
-
-
 def error_of(robot, case: Case) -> float:
     """Error of a robot on the noise-free rows, per standard deviation of the noise; NaN without a driver."""
     try:
-        return _rms(robot, case.exact) / case.sigma[0]
+        seen = tool_poses(robot, Motion.of(case.exact))[:, :3, 3]
     except DataError:
         return float("nan")
-
-
-def _rms(robot, rows: Dataset) -> float:
-    seen = tool_poses(robot, Motion.of(rows))[:, :3, 3]
-    return float(np.sqrt(np.mean((seen - rows.position) ** 2)))
+    return float(np.sqrt(np.mean((seen - case.exact.position) ** 2))) / case.sigma[0]

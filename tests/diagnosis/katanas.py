@@ -5,14 +5,16 @@ poses lie on the diagonal planes of the largest cube (ISO 9283). Joint 1 stands 
 it: its play and compliance can't show, and it has none here.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import generator
 import numpy as np
 from arms import robot_of
 from generator import VirtualArm, rotation
 from laws import Effect, State, deflected_links, poses
+from studies.katana_printed import BACKLASH, CLEARANCE, STIFFNESS
 
 from workbench import Dataset, Robot
 from workbench.data.simulation.instruments import INSTRUMENTS
@@ -28,24 +30,12 @@ ANGLE, LENGTH = float(np.deg2rad(0.12)), 1e-5
 """Greatest errors of the geometry [rad, m]."""
 CENTRE = 2e-3
 """Standard deviation of the links' centres of mass along each axis [m]."""
-CLEARANCE = np.deg2rad([0.022, 0.024, 0.017, 0.015, 0.018])
-BACKLASH = np.deg2rad([0.063, 0.061, 0.057, 0.046, 0.051])
-"""Table 4.3, each to one side [rad]."""
-COMPLIANCE = np.deg2rad(1.0) / (9.81 * np.array([122.0, 90.0, 75.0, 78.0, 80.0]))
-"""Reciprocals of Table 4.4, printed in kg m/° [rad/(N m)]."""
+COMPLIANCE = 1.0 / STIFFNESS
+"""Reciprocals of Table 4.4 [rad/(N m)]; Table 4.3, each to one side, is `CLEARANCE` and `BACKLASH` [rad]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Katana:
-    """One arm with its measurements.
-
-    Args:
-        robot: The nominal arm as the program gets it.
-        data: Its measured poses.
-        actual: The arm as made.
-        hidden: What tilts in it.
-        state: Drivers of the measured rows.
-    """
+class Katana(NamedTuple):
+    """The nominal arm as the program gets it, its measured poses, the arm as made, what tilts, drivers."""
 
     robot: Robot
     data: Dataset

@@ -13,7 +13,7 @@ stretch` (of the moment about its axis) and `wobbling mount` (of the moment at t
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from generator import VirtualArm, four, move, rotation
+from generator import VirtualArm, four, rotation
 
 ROUNDS = 10
 """Most rounds of the deflected arm; each brings three digits, half of one where moments flip play."""
@@ -229,26 +229,6 @@ def pieces(arm: VirtualArm, q, growth):
     return [[_grown(part, growth) for part in parts] for parts in arm.parts(q)]
 
 
-def frames(arm: VirtualArm, joints, bend):
-    """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, in the first frame."""
-    here = np.broadcast_to(np.eye(4), (len(bend), 4, 4))
-    shift = own_shift(arm, bend)
-    tilts, shifts = four(rotation(bend - shift)), move("z", shift[..., 2])
-    before, links = [], []
-    for i, (fixed, driven, after) in enumerate(joints):
-        here = here @ fixed
-        before.append(here)
-        here = here @ tilts[:, i]
-        here = (here @ shifts[:, i] if arm.sliding[i] else here) @ driven @ after
-        links.append(here)
-    return np.array(before), np.array(links)
-
-
-def own_shift(arm, bend):
-    """The part of rotation vectors (rows, n, 3) that is none: shifts along the axes of sliding joints [m]."""
-    return bend * (arm.sliding[:, None] & np.array([False, False, True]))
-
-
 def straight_moments(arm: VirtualArm, state: State):
     """Moments as `holding` of the arm that nothing bends."""
     return arm.moments(state.q, state.payload, state.wrench)
@@ -261,12 +241,12 @@ def deflected_links(arm: VirtualArm, effects, state: State):
     joints, bend = pieces(arm, state.q, growth), np.zeros((*state.q.shape, 3))
     by_moment = any(e.name in BY_MOMENT for e in effects)
     for _ in range(ROUNDS if by_moment else 1):
-        now, last = frames(arm, joints, bend), bend
+        now, last = arm.bent(joints, bend), bend
         held = arm.holding(*now, state.payload, state.wrench) if by_moment else None
         bend = sum((turns(arm, e, state, held) for e in effects), np.zeros_like(bend))
         if np.abs(bend - last).max(initial=0.0) < SAME:
             break
-    return frames(arm, joints, bend)[1], growth
+    return arm.bent(joints, bend)[1], growth
 
 
 def poses(arm: VirtualArm, effects, state: State):

@@ -5,10 +5,16 @@ extension; the joints behind it are soft. The base stands off level and turns sl
 gravity; inclinometers on base and carriage read both. The file knows nothing of this, and lacks one mass.
 """
 
+import re
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
-from generator import rotation, turn
+from generator import VirtualArm, rotation
+from laws import pieces
+from round_trip import write_table
+
+from workbench import Dataset, Robot, load_robot, read_measurements
 
 H = np.pi / 2
 NOMINAL = np.array([  # theta, d, a, alpha (standard DH); the first joint slides
@@ -50,10 +56,6 @@ class Truth:
     scale: float
 
 
-def about(axis, angle):
-    return turn(axis, angle)[:3, :3]
-
-
 def draw(rng, *, scale=0.0, off_level=0.01, play=1.0, drift=0.04e-3):
     spread = np.array([1e-3, 5e-4, 5e-4, 1e-3])
     geometry = NOMINAL + rng.normal(0.0, 1.0, NOMINAL.shape) * spread
@@ -72,68 +74,43 @@ def draw(rng, *, scale=0.0, off_level=0.01, play=1.0, drift=0.04e-3):
     )
 
 
-def frames(truth, q, bend, tip):
-    """Frames after each joint, and the point and axes before each drive, from the base's own frame."""
-    r, p = np.eye(3), np.zeros(3)
-    after, before = [], []
-    for k, (theta, d, a, alpha) in enumerate(truth.geometry):
-        before.append((r, p))
-        if k == 0:
-            p = p + r @ [0, 0, d + q[0]]
-            carriage = (r, p)
-            r = r @ about("x", tip[0]) @ about("y", tip[1])
-            r = r @ about("z", theta)
-        else:
-            turned = q[k] * (1.0 - truth.scale * (k == 3)) + theta + bend[k]
-            r = r @ about("z", turned)
-            p = p + r @ [0, 0, d]
-        p = p + r @ [a, 0, 0]
-        r = r @ about("x", alpha)
-        after.append((r, p))
-    return after, before, carriage
+def arm_of(geometry, **more):
+    table, slides = np.column_stack([geometry, np.zeros(7)]), (True, *[False] * 6)
+    return VirtualArm("dh", table, slides=slides, masses=MASS, coms=COM, **more)
 
 
-def stand(truth, q, down):
-    """The arm as it hangs: frames after each joint, by its own fixed point."""
-    bend, tip = np.zeros(7), np.zeros(2)
-    for _ in range(12):
-        after, before, carriage = frames(truth, q, bend, tip)
-        centres = np.array([r @ c + p for (r, p), c in zip(after, COM, strict=True)])
-        lifts = -np.outer(MASS, down)
-        for k in range(1, 7):
-            r, p = before[k]
-            moment = np.cross(centres[k:] - p, lifts[k:]).sum(0)
-            bend[k] = -truth.soft[k] * (moment @ r[:, 2])
-        r, p = carriage
-        moment = r.T @ np.cross(centres - p, lifts).sum(0)
-        soft = truth.tipping[0] + truth.tipping[1] * q[0]
-        loose = truth.play[0] + truth.play[1] * q[0]
-        tip = -soft * moment[:2] - loose * moment[:2] / np.linalg.norm(moment[:2])
-    return frames(truth, q, bend, tip)[0]
-
-
-def reading(rotation_to_level):
-    x, y, z = rotation_to_level[2]
-    return np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))
+def reading(turned):
+    """Of an inclinometer, from orientations in a level room."""
+    x, y, z = np.moveaxis(turned[:, 2], -1, 0)
+    return np.stack([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))], 1)
 
 
 def measure(truth, rng, rows=120, hours=2.0, noise=5e-5, tilt_noise=2e-5):
-    """Columns of a table, by heading."""
-    low = np.array([LIFT[0], *[-2.2] * 6])
-    high = np.array([LIFT[1], *[2.2] * 6])
-    q = rng.uniform(low, high, (rows, 7))
+    """Columns of a table, by heading; the arm hangs at its own fixed point, tipping where the lift ends."""
+    q = rng.uniform([LIFT[0], *[-2.2] * 6], [LIFT[1], *[2.2] * 6], (rows, 7))
     time = np.linspace(0.0, hours * HOUR, rows)
-    place, facing = np.array([1.2, -0.8, 0.1]), about("z", 0.7)
-    position, base, lift = np.empty((rows, 3)), np.empty((rows, 2)), np.empty((rows, 2))
-    for i in range(rows):
-        standing = rotation(truth.turning * time[i]) @ truth.level @ facing
-        after = stand(truth, q[i], standing.T @ [0, 0, -9.81])
-        r, p = after[-1]
-        position[i] = standing @ (r @ TOOL + p) + place
-        base[i] = reading(standing)
-        lift[i] = reading(standing @ after[0][0])
+    standing = rotation(np.outer(time, truth.turning)) @ truth.level @ rotation([0.0, 0.0, 0.7])
+    arm = arm_of(truth.geometry, gravity=np.swapaxes(standing, 1, 2) @ [0.0, 0.0, -9.81])
+    joints = pieces(arm, q * (1.0 - truth.scale * (np.arange(7) == 3)), np.ones(rows))
+    bend, (soft, loose) = np.zeros((rows, 7, 3)), ((a + b * q[:, :1]) for a, b in (truth.tipping, truth.play))
+    for _ in range(12):
+        before, links = arm.bent(joints, bend)
+        held = arm.holding(before, links, np.zeros(rows))
+        bend[:, 1:, 2] = -truth.soft[1:] * held[:, 1:, 2]
+        weight = MASS[0] * np.einsum("rba,rb->ra", links[0, :, :3, :3], arm.gravity)  # of the carriage itself
+        across = held[:, 1, :2] - np.cross(COM[0], weight)[:, :2]
+        bend[:, 1, :2] = -soft * across - loose * across / np.linalg.norm(across, axis=1, keepdims=True)
+    links = arm.bent(joints, bend)[1]
+    flange, carriage = links[-1], links[0, :, :3, :3] @ rotation(bend[:, 1] * [1.0, 1.0, 0.0])
+    position = (standing @ (flange[:, :3, :3] @ TOOL + flange[:, :3, 3])[..., None])[..., 0] + [
+        1.2,
+        -0.8,
+        0.1,
+    ]
     position += rng.normal(0.0, noise, position.shape)
-    base, lift = (t + rng.normal(0.0, tilt_noise, t.shape) for t in (base, lift))
+    base, lift = (
+        reading(turned) + rng.normal(0.0, tilt_noise, (rows, 2)) for turned in (standing, standing @ carriage)
+    )
     columns = {f"q{k + 1}[{'m' if k == 0 else 'rad'}]": q[:, k] for k in range(7)}
     columns |= {f"{c}[m]": position[:, k] for k, c in enumerate("xyz")} | {"time[s]": time}
     for link, t in ((0, base), (1, lift)):
@@ -141,17 +118,13 @@ def measure(truth, rng, rows=120, hours=2.0, noise=5e-5, tilt_noise=2e-5):
     return columns
 
 
-def file(lost=LOST, masses=True):
-    """The robot's file: nominal geometry, masses without that of one link."""
-    out = ['name = "lift"', 'convention = "dh"']
-    for k, (theta, d, a, alpha) in enumerate(NOMINAL.tolist()):
-        out += ["[[joint]]", f"theta = {theta}", f"d = {d}", f"a = {a}", f"alpha = {alpha}"]
-        out += ['type = "prismatic"', f"limits = {list(LIFT)}"] if k == 0 else ["limits = [-2.8, 2.8]"]
-        if masses and k + 1 != lost:
-            out += [f"mass = {MASS[k]}", f"com = {COM[k].tolist()}"]
-    return "\n".join([*out, "[base]", "free = true", "[tool]", "free = true"])
-
-
-def table(columns):
-    rows = np.column_stack(list(columns.values()))
-    return "\n".join([",".join(columns), *(",".join(repr(float(v)) for v in row) for row in rows)])
+def files(folder, columns, lost=LOST, masses=True) -> tuple[Robot, Dataset]:
+    """Nominal geometry, masses without that of one link, and rows, through files."""
+    arm = arm_of(NOMINAL, limits=np.array([LIFT, *[(-2.8, 2.8)] * 6]))
+    gone = (
+        r"mass = .*\ncom = .*\n" if not masses else rf"mass = {MASS[lost - 1]}\ncom = .*\n" if lost else "^$"
+    )
+    paths = Path(folder) / "robot.toml", Path(folder) / "rows.csv"
+    paths[0].write_text(re.sub(gone, "", arm.toml("lift", free="true")))
+    write_table(paths[1], columns, np.column_stack(list(columns.values())))
+    return load_robot(paths[0]), read_measurements(paths[1])

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from lift import LOST, draw, file, measure, rotation, table
+from lift import LOST, draw, files, measure, rotation
 from round_trip import read_arm, read_rows
 
-from workbench import Motion, diagnose, load_robot, read_measurements, write_toml
+from workbench import Motion, diagnose, write_toml
 from workbench.arm.effects.tilting import ExtensionClearance, ExtensionCompliance
 
 
@@ -16,9 +16,7 @@ def campaign(folder, seed, *, tilts=True, lost=LOST, masses=True, **truth):
     columns = measure(actual, rng, rows=80)
     if not tilts:
         columns = {name: values for name, values in columns.items() if not name.startswith("tilt")}
-    (folder / "robot.toml").write_text(file(lost=lost, masses=masses), encoding="utf-8")
-    (folder / "rows.csv").write_text(table(columns), encoding="utf-8")
-    return load_robot(folder / "robot.toml"), read_measurements(folder / "rows.csv"), actual
+    return *files(folder, columns, lost, masses), actual
 
 
 def down(actual):

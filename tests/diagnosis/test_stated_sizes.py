@@ -14,17 +14,12 @@ ARIA = wb.load_robot("aria")
 REPEATS = 5
 
 
-def rows_over(degrees):
-    """Rows in which every joint turns so far."""
-    half = np.deg2rad(degrees) / 2.0
-    return Motion(np.repeat(np.linspace(-half, half, 200)[:, None], ARIA.dof, axis=1))
-
-
 @pytest.mark.parametrize(
     ("order", "degrees", "named"), [(1, 350.0, True), (1, 200.0, False), (2, 200.0, True), (11, 20.0, False)]
 )
 def test_an_order_is_named_where_the_rows_hold_a_period(order, degrees, named):
-    rows = rows_over(degrees)
+    half = np.deg2rad(degrees) / 2.0
+    rows = Motion(np.repeat(np.linspace(-half, half, 200)[:, None], ARIA.dof, axis=1))
     result = JointHarmonic((2,), (1e-3, 0.0), order=order).stated(ARIA.chain, rows, 1e-12 * np.eye(2))
     assert ("per turn" in result) is named
     assert (f"{degrees:.0f}°" in result) is (degrees < 340.0)

@@ -21,14 +21,9 @@ def nominal():
     return load_robot("aria").with_frames(base=base, tool=tool)
 
 
-def with_offsets(robot, offsets):
-    names = tuple(f"joint{k + 1}.theta" for k in range(6))
-    return robot.with_values(dict(zip(names, robot.values(names) + offsets, strict=True)))
-
-
 @pytest.mark.parametrize("parts", [("offsets",), ("offsets", "tool"), ("offsets", "tool", "base")])
 def test_pure_offsets_are_recovered_exactly(nominal, parts):
-    found = controller_numbers(with_offsets(nominal, OFFSETS), nominal, parts=parts)
+    found = controller_numbers(with_errors(nominal, OFFSETS, nominal.joint_offsets), nominal, parts=parts)
     assert found.offsets == pytest.approx(OFFSETS, abs=1e-9)
     assert found.after.position_max < 1e-9
     assert found.after.rotation_max < 1e-9
@@ -39,23 +34,20 @@ def test_pure_offsets_are_recovered_exactly(nominal, parts):
 
 def test_numbers_that_repeat_others_are_held_and_named(nominal):
     plain = nominal.with_frames(base=Frame(), tool=Frame())
-    found = controller_numbers(with_offsets(plain, OFFSETS), plain)
+    found = controller_numbers(with_errors(plain, OFFSETS, plain.joint_offsets), plain)
     assert set(found.held) == {"tool.yaw", "base.yaw"}  # joints 6 and 1 turn about the same axes
 
 
 def test_frames_are_taken_from_the_calibrated_arm_and_corrected(nominal):
     rng = np.random.default_rng(3)
     shifts = {f"{f}.{p}": 1e-3 * rng.normal() for f in ("base", "tool") for p in FRAME_PARTS[3:]}
-    calibrated = with_offsets(nominal.with_values(shifts), OFFSETS)
+    calibrated = with_errors(nominal.with_values(shifts), OFFSETS, nominal.joint_offsets)
     found = controller_numbers(calibrated, nominal)
     q = rng.uniform(-1.0, 1.0, (20, 6))
     assert tool_poses(found.robot, Motion(q)) == pytest.approx(tool_poses(calibrated, Motion(q)), abs=1e-8)
-    assert tool_poses(found.robot, Motion(q)) == pytest.approx(
-        tool_poses(
-            nominal.with_frames(base=found.robot.base, tool=found.robot.tool), Motion(q + found.offsets)
-        ),
-        abs=1e-12,
-    )
+    framed = nominal.with_frames(base=found.robot.base, tool=found.robot.tool)
+    by_hand = tool_poses(framed, Motion(q + found.offsets))
+    assert tool_poses(found.robot, Motion(q)) == pytest.approx(by_hand, abs=1e-12)
 
 
 def test_the_answer_is_a_minimum(nominal):

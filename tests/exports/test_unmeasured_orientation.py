@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import round_trip as trip
+from checks import with_errors
 from generator import three_parallel
 from refusals import refuses
 
@@ -157,8 +158,7 @@ def test_a_urdf_keeps_the_tool_that_was_measured():
     """A constant turn of the tool made uncertain orientations of a URDF worse than nominal."""
     rng, robot = np.random.default_rng(1), wb.load_robot("ur5e")
     names, q = robot.joint_offsets, rng.uniform(-1.5, 1.5, (30, 6))
-    zeros = robot.values(names) + np.deg2rad(1.5) * rng.normal(size=6)
-    poses = wb.tool_poses(robot.with_values(dict(zip(names, zeros, strict=True))), q)
+    poses = wb.tool_poses(with_errors(robot, np.deg2rad(1.5) * rng.normal(size=6), names), q)
     poses = poses @ trip.placed([0.02, 0.01, 0.1], [0.3, 0.2, 0.1])
     position = poses[:, :3, 3] + 3e-3 * rng.normal(size=(30, 3))
     rotation = np.array(

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from checks import with_errors
 from studies.katana_influence import ANGLE, LENGTH_DEVIATION, influence
 from studies.katana_printed import CONSTANTS
 
@@ -17,9 +18,7 @@ def problem_of(katana, rows, *, seed=0, turned=False, noise=0.0):
     rng = np.random.default_rng(seed)
     turns = np.array([not n.endswith((".a", ".d")) for n in CONSTANTS])
     errors = rng.normal(size=len(CONSTANTS)) * np.where(turns, 1.5e-3, 1e-4)
-    actual = katana.with_values(
-        dict(zip(CONSTANTS, (katana.values(CONSTANTS) + errors).tolist(), strict=True))
-    )
+    actual = with_errors(katana, errors, CONSTANTS)
     q = rng.uniform(*katana.search_limits.T, (rows, 5))
     poses = tool_poses(actual, Motion(q))
     data = Dataset(

@@ -1,12 +1,11 @@
 """An arm's clearance by the meshes of its URDF, and by capsules where it has none."""
 
 from dataclasses import replace
-from importlib.metadata import distribution
-from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from checks import DESCRIPTIONS
 from numpy.random import default_rng as rng
 from scipy.spatial import cKDTree
 
@@ -21,16 +20,12 @@ SPACING = 0.008
 """Farthest that a point of a link is from one of its samples [m]."""
 
 
-@pytest.fixture(scope="module")
-def folder():
-    files = distribution("example-robot-data").files or []
-    found = next(f for f in files if f.name == "ur5_robot.urdf")
-    return Path(str(found.locate())).resolve().parents[1]
+UR5 = DESCRIPTIONS / "ur_description"
 
 
 @pytest.fixture(scope="module")
-def ur5(folder):
-    return load_robot(folder / "urdf" / "ur5_robot.urdf", tip="tool0")
+def ur5():
+    return load_robot(UR5 / "urdf" / "ur5_robot.urdf", tip="tool0")
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +41,12 @@ def q(ur5):
 
 
 @pytest.fixture(scope="module")
-def samples(folder, ur5, q):
+def samples(ur5, q):
     """Points on every link's collision mesh in every posture, read without Pinocchio."""
     frames = link_frames(ur5, Motion(q))
     clouds = []
     for body, name in enumerate(NAMES):
-        mesh = trimesh.load(folder / "meshes" / "ur5" / "collision" / f"{name}.stl", force="mesh")
+        mesh = trimesh.load(UR5 / "meshes" / "ur5" / "collision" / f"{name}.stl", force="mesh")
         points = np.concatenate([mesh.vertices, trimesh.sample.sample_surface_even(mesh, 6_000, seed=1)[0]])
         clouds.append(se3.apply(frames[:, None, body + 1], points))
     return clouds
@@ -143,9 +138,9 @@ def test_primitives_of_a_urdf_are_exact(tmp_path):
     assert lowest[:, 2] == pytest.approx([0.9, 0.95], abs=1e-4)
 
 
-def test_a_urdf_without_its_meshes_is_capsules_and_says_so(folder, tmp_path):
+def test_a_urdf_without_its_meshes_is_capsules_and_says_so(tmp_path):
     alone = tmp_path / "alone.urdf"
-    alone.write_bytes((folder / "urdf" / "ur5_robot.urdf").read_bytes())
+    alone.write_bytes((UR5 / "urdf" / "ur5_robot.urdf").read_bytes())
     arm = arm_shape(load_robot(alone, tip="tool0"), 0.01)
     assert "capsules" in arm.source
     assert "alone.urdf" in arm.source

@@ -23,8 +23,9 @@ from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevel
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
-from workbench.session.mapping import understood_as, with_column
 from workbench.session.state import Focus
+from workbench.views.page.panels.columns import understood_as, with_column
+from workbench.views.page.panels.compare import numbers
 from workbench.views.page.panels.fit import _warnings
 
 
@@ -88,15 +89,17 @@ def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_
         assert back.results.identification is before.results.identification
 
 
-def test_a_file_is_read_identified_and_looked_at(do, file):
-    numbered = zip(file.splitlines(), [b"Nr", *(b"%d" % k for k in range(101, 151))], strict=True)
+@pytest.mark.parametrize("heading", ["Nr", "Point"])
+def test_a_file_is_read_identified_and_looked_at(do, file, heading):
+    numbered = zip(file.splitlines(), [heading.encode(), *(b"%d" % k for k in range(101, 151))], strict=True)
     session = do(LoadData("../../etc/a.csv", b"\n".join(b"%s,%s" % pair for pair in numbered)))
     assert session.measurements.loaded.name == "a.csv"
     assert do(LeaveRowsOut((3,)), Undo()).measurements.left_out == frozenset()
     assert dict(session.measurements.loaded.facts)["Measured"] == "position, rotation"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
     found = replace(session.results.identification, excluded=((3, "odd"), (5, "odd")))
-    assert "data rows 3 = Nr 104 (odd), 5 = Nr 106 (odd)" in _warnings(found, session)
+    assert f"data rows {heading} 104 (odd), {heading} 106 (odd)" in _warnings(found, session)
+    assert set(numbers(session)) == set(range(101, 151))
     assert len(found.held_out_rows) == 10
     assert (session.results.row, session.playback.focus, session.results.fit) == (17, Focus.ROW, "ols")
     assert not session.choices.overlay.arrows

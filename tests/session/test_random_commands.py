@@ -19,6 +19,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_stat
 
 from workbench.base.errors import WorkbenchError
 from workbench.base.wording import MAX_SENTENCE
+from workbench.plate.plate import Plate
 from workbench.session.command import AbstractChange, AbstractTask, kinds
 from workbench.session.journal import codec
 from workbench.session.journal.numbers import changed_numbers
@@ -44,7 +45,7 @@ def values_of(hint) -> st.SearchStrategy:
     if isinstance(hint, type) and issubclass(hint, Enum):
         return st.sampled_from(list(hint))
     if dataclasses.is_dataclass(hint):
-        return made(hint)
+        return st.none() if hint is Plate else made(hint)
     if getattr(hint, "array_type", None) is np.ndarray:
         return st.sampled_from(COUNTS[:FEW]).map(lambda count: np.zeros(max(count, 0)))
     of_type = {float: NUMBERS, int: COUNTS, str: TEXTS, bool: (True, False), bytes: (b"", b"q1[deg]\n1\n")}

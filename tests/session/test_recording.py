@@ -31,11 +31,11 @@ from workbench.session.commands.plate import ImprovePlate, SetNoise
 from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
 from workbench.session.journal import codec, replay
-from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, go_on, resume
 from workbench.session.journal.reader import JOURNAL, ROBOT, read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.session.next_step import next_step
+from workbench.session.view import Ending
 
 RPY = (-2.6, 0.0, 0.0)
 check = partial(restore, is_computed=True)

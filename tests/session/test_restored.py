@@ -20,7 +20,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.journal import records
 from workbench.session.journal.folder import begin, go_on
 from workbench.session.journal.reader import JOURNAL, read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.session.page_state import Severity
 
 
@@ -100,11 +100,10 @@ def plain(tmp_path):
     return change
 
 
-def spoil_error(line):
-    line["numbers"]["identification"]["algorithms"]["ols"]["held_out"]["position_mm"]["mean"] *= 1.001
-
-
 def test_a_number_that_differs_in_the_fourth_digit_is_told(plain):
+    def spoil_error(line):
+        line["numbers"]["identification"]["algorithms"]["ols"]["held_out"]["position_mm"]["mean"] *= 1.001
+
     found = restore(plain(2, spoil_error))
     assert [(d.step, d.name.rsplit("ols.")[-1]) for d in found.differences] == [
         (2, "held_out.position_mm.mean")

@@ -1,5 +1,6 @@
 """Diagnoses that can't be made are refused in words; plates are improved."""
 
+import json
 import threading
 from dataclasses import replace
 from functools import partial
@@ -8,9 +9,12 @@ import numpy as np
 from refusals import mentions
 
 from workbench import optimise_plate
+from workbench.base.types import Outcome
+from workbench.plate.optimiser.result import PlateDesign
 from workbench.session.commands.drag import MoveTarget, plain
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ImprovePlate
+from workbench.session.journal import Ending, codec
 from workbench.session.page_state import Severity
 
 
@@ -24,6 +28,7 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert worker.wait(60.0)
     assert worker.session.plate is first.plate
     assert "cancelled" in worker.session.page.messages[-1].text
+    assert worker.journal[-1].ending is Ending.CANCELLED
     locked = range(2, 10)
     kept = do(*(LockTarget(i, True) for i in locked), ImprovePlate())
     assert kept.score.position < first.score.position
@@ -46,3 +51,15 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert (both[0], both[1]) == (kept.plate.targets[0], same[1])
     assert improved(moved, lower).plate is moved.plate
     assert better.score.position < first.score.position
+
+    # a search that is cut short, which another machine would not do in the same place: its plate stays
+    cut = ImprovePlate().stopped((first.plate, kept.plate, ""))
+    read = codec.decode("ImprovePlate", json.loads(json.dumps(codec.encode(cut)[0])), bytes)
+    after = read.finish(first, read.compute(first))
+    assert np.array_equal(after.plate.poses, better.plate.poses)
+    assert mentions(after.page.messages[-1].text, "cancelled")
+    assert after.history.searched is None
+    assert cut.finish(better, cut.compute(better)).plate is better.plate
+    unfinished = PlateDesign(plate=lower, cost=2.0, rotation=0.0, start_cost=2.0, outcome=Outcome.CANCELLED)
+    monkeypatch.setattr("workbench.plate.design.optimise_plate", lambda *_, **__: unfinished)
+    assert cut.stopped(ImprovePlate().compute(first)) is None

@@ -66,7 +66,8 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
     """Green within the wanted 0.15 mm stood beside a yield of 13.5 %."""
     score = replace(first.score, position=1e-3 * position)
     changed = replace(first, score=score, history=replace(first.history, done=(UndoStep.of(first),)))
-    session = changed.with_part(trial_of(first, share))
+    at = (first.plate, first.noise, first.choices.wanted)
+    session = changed.with_part(PlateTrial(*at, 200, share, 0, 1.3, 1e-4, "tried"))
     judged, step = plate_judgement(session), next_step(session)
     assert judged.tone is step.tone is tone
     assert judged.text in step.sentence
@@ -106,9 +107,3 @@ def test_the_region_of_a_given_plate_stays(first, tmp_path):
     assert np.allclose(first_view(done(given, ForgetData()))[1], first_view(first)[1])
     assert occasion(session) != occasion(done(session, ForgetData()))
     assert done(given, Undo()).plate is session.plate
-
-
-def trial_of(session, share):
-    """A trial of the session's plate with this share of good arms."""
-    at = (session.plate, session.noise, session.choices.wanted)
-    return PlateTrial(*at, 200, share, 0, 1.3, 1e-4, "tried")

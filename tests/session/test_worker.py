@@ -3,11 +3,12 @@
 import logging
 import threading
 from collections.abc import Hashable
+from dataclasses import replace
 
 import pytest
 from refusals import mentions
 
-from workbench.base.progress import check_cancelled, progress, suspected
+from workbench.base.progress import cancelled, check_cancelled, progress, suspected
 from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.journal import Ending
@@ -163,3 +164,16 @@ def test_cancel_leaves_the_session_as_it_was(worker, first):
     assert worker.session.page.job is None
     assert worker.session.plate is first.plate
     assert worker.journal[-1].ending is Ending.CANCELLED
+
+
+def test_work_may_keep_what_it_had_when_it_was_cancelled(worker, monkeypatch):
+    go = threading.Event()
+    monkeypatch.setitem(globals(), "check_cancelled", lambda: cancelled() and go.set())
+    monkeypatch.setattr(Slow, "stopped", lambda self, result: replace(self, title="Cut short"))
+    worker.submit(Slow(go))
+    while worker.session.page.job is None:
+        threading.Event().wait(0.005)
+    worker.cancel()
+    assert worker.wait(60.0)
+    last, told = worker.journal[-1], [m.text for m in worker.session.page.messages]
+    assert (last.command.title, last.ending, told) == ("Cut short", Ending.DONE, ["selected 0 then, 0 now"])

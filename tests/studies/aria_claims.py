@@ -64,7 +64,9 @@ def claims(exact: tuple[Comparison, ...], noisy: tuple[Comparison, ...]) -> tupl
                 f"{lost} arms do not reach every pose" if lost else "a bound",
             )
         )  # fmt: skip
-    return (*findings, *_orders(exact, noisy), *_algorithms(noisy), _fig_7())
+    shown, why = "axes without readable numbers", "the text gives no numbers"
+    fig_7 = without("Fig. 7", "heights of the plotted errors", shown, why)
+    return (*findings, *_orders(exact, noisy), _algorithms(noisy), fig_7)
 
 
 def _orders(exact: tuple[Comparison, ...], noisy: tuple[Comparison, ...]) -> tuple[Finding, ...]:
@@ -102,16 +104,9 @@ def _orders(exact: tuple[Comparison, ...], noisy: tuple[Comparison, ...]) -> tup
     )  # fmt: skip
 
 
-def _algorithms(noisy: tuple[Comparison, ...]) -> tuple[Finding, ...]:
+def _algorithms(noisy: tuple[Comparison, ...]) -> Finding:
     spread = max(float(np.nanmax(np.ptp(c.region[:, 1:], axis=1) / c.region[:, 1:].min(1))) for c in noisy)
-    return (
-        judged(
-            "§5.2", "OLS, OPT1 and OPT2", "similar", f"region errors apart by at most {100 * spread:.2g} %",
-            spread < ALIKE_SEARCHES, "the same least squares by three searches; within 5 % counts as similar",
-        ),
+    return judged(
+        "§5.2", "OLS, OPT1 and OPT2", "similar", f"region errors apart by at most {100 * spread:.2g} %",
+        spread < ALIKE_SEARCHES, "the same least squares by three searches; within 5 % counts as similar",
     )  # fmt: skip
-
-
-def _fig_7() -> Finding:
-    shown, why = "axes without readable numbers", "the text gives no numbers"
-    return without("Fig. 7", "heights of the plotted errors", shown, why)

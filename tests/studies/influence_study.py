@@ -22,13 +22,14 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from studies.katana_influence import with_errors
 from studies.katana_printed import CONSTANTS
-from workbench import Dataset, Motion, Robot, load_robot, tool_poses
+from studies.katana_study import point_problem
+from workbench import Motion, Robot, load_robot, tool_poses
 from workbench.base.progress import progress
 from workbench.identification.algorithms.identifier import AbstractIdentifier
 from workbench.identification.algorithms.influence_based import InfluenceBased
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.problem import Noise, Problem
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
 POSES = 118
@@ -105,12 +106,14 @@ def influence_study(
     q = iso_cube_poses(nominal, 2 * POSES, rng=np.random.default_rng(seed)).q
     errors = np.empty((len(TROUBLES), arms, len(numbers), len(METHODS)))
     for arm, stream in enumerate(np.random.default_rng(seed + 1).spawn(arms)):
-        actual, shuffled = _arm(nominal, stream), q[stream.permutation(len(q))]
+        sizes = [LENGTH_ERROR if name.endswith((".a", ".d")) else ANGLE_ERROR for name in CONSTANTS]
+        actual = with_errors(nominal, CONSTANTS, sizes * stream.normal(size=len(CONSTANTS)))
+        shuffled = q[stream.permutation(len(q))]
         for t, trouble in enumerate(TROUBLES):
             real = _where(actual, shuffled, trouble, stream)
             seen = real[:POSES] + stream.normal(0.0, trouble.noise, (POSES, 3))
             for n, number in enumerate(numbers):
-                problem = _problem(nominal, shuffled[:number], seen[:number], trouble)
+                problem = point_problem(nominal, shuffled[:number], seen[:number], trouble.noise, CONSTANTS)
                 for m, method in enumerate(METHODS.values()):
                     found = problem.robot_at(method.search(problem).x)
                     errors[t, arm, n, m] = _error(found, shuffled[POSES:], real[POSES:])
@@ -118,25 +121,11 @@ def influence_study(
     return InfluenceStudy(numbers=numbers, errors=errors)
 
 
-def _arm(nominal: Robot, rng: np.random.Generator) -> Robot:
-    """An arm with errors of all 17 constants."""
-    turns = np.array([not name.endswith((".a", ".d")) for name in CONSTANTS])
-    errors = rng.normal(size=len(CONSTANTS)) * np.where(turns, ANGLE_ERROR, LENGTH_ERROR)
-    return nominal.with_values(
-        dict(zip(CONSTANTS, (nominal.values(CONSTANTS) + errors).tolist(), strict=True))
-    )
-
-
 def _where(actual: Robot, q: np.ndarray, trouble: Trouble, rng: np.random.Generator) -> np.ndarray:
     """Where the tool of the arm really is, its joints' periodic errors included [m]."""
     size = rng.normal(0.0, trouble.periodic, q.shape[1])
     phase, order = rng.uniform(0.0, 2.0 * np.pi, q.shape[1]), rng.choice(ORDERS, q.shape[1])
     return tool_poses(actual, Motion(q + size * np.sin(order * q + phase)))[:, :3, 3]
-
-
-def _problem(nominal: Robot, q: np.ndarray, seen: np.ndarray, trouble: Trouble) -> Problem:
-    rows = Dataset(q=q, row=np.arange(len(q)), position=seen, source="virtual Katana")
-    return Problem.build(nominal, rows, free=CONSTANTS, noise=Noise(trouble.noise, np.nan))
 
 
 def _error(robot: Robot, q: np.ndarray, real: np.ndarray) -> float:

@@ -4,12 +4,15 @@ A mean distance is at least the length of the mean components (Jensen), and mode
 at the same poses are a + b apart on average at most. Both hold for whatever arm was measured.
 """
 
+from itertools import product
+
 import numpy as np
 
 from studies import katana_printed as printed
 from studies import katana_study as ways
 from studies.finding import Finding, checked, judged
 from studies.influence_study import TROUBLES, InfluenceStudy
+from studies.katana_influence import with_errors
 from studies.katana_study import BEFORE, CONVENTIONAL, FIRST, INFLUENCE, SIMULTANEOUS, KatanaStudy, spread
 from studies.katana_tables import DISTANCE, HALF_UNIT, MEAN
 from workbench import Motion, load_robot, tool_poses
@@ -32,14 +35,8 @@ def reductions(study: KatanaStudy) -> tuple[Finding, ...]:
         ("Table 4.6", "before / conventional, ten points", ten[0] / ten[1], BEFORE, CONVENTIONAL),
         ("Table 4.6", "conventional / with tilting, ten points", ten[1] / ten[2], CONVENTIONAL, FIRST),
     )
-    findings = []
-    for where, what, factor, column, after in steps:
-        found = study.reduction(column, after)
-        reached = found.low - 0.05 <= factor <= found.high + 0.05
-        reason = "" if reached else _factor_reason(column, after)
-        findings.append(judged(where, f"error {what}", f"{factor:.1f}", found.text(1), reached, reason))
     return (
-        *findings,
+        *(_fallen(study, *step) for step in steps),
         checked(
             "§3.7", "influence based better by", f"nearly {printed.BETTER:g} %",
             f"{better:.0f} % of the error before", abs(better - printed.BETTER) < 0.5,
@@ -55,20 +52,24 @@ def reductions_from_as_bad(study: KatanaStudy) -> tuple[Finding, ...]:
     ten, mean = printed.TABLE_4_6_MEANS, spread(study.held_out[:, BEFORE])
     before, simultaneous, _ = printed.TABLE_3_4[DISTANCE]
     conventional, tilting = printed.TABLE_4_5[MEAN, DISTANCE, 1:]
-    arms = f"arms that begin at {mean.median:.1f} mm"
+    arms = f", arms that begin at {mean.median:.1f} mm"
     steps = (
-        ("Table 3.4", "before / simultaneous", before / simultaneous, SIMULTANEOUS),
-        ("Table 4.5", "before / conventional", before / conventional, CONVENTIONAL),
-        ("Table 4.5", "before / with tilting", before / tilting, FIRST),
-        ("Table 4.6", "before / with tilting, ten points", ten[0] / ten[2], FIRST),
+        ("Table 3.4", f"before / simultaneous{arms}", before / simultaneous, BEFORE, SIMULTANEOUS),
+        ("Table 4.5", f"before / conventional{arms}", before / conventional, BEFORE, CONVENTIONAL),
+        ("Table 4.5", f"before / with tilting{arms}", before / tilting, BEFORE, FIRST),
+        ("Table 4.6", f"before / with tilting, ten points{arms}", ten[0] / ten[2], BEFORE, FIRST),
     )
-    findings = []
-    for where, what, factor, after in steps:
-        found = study.reduction(BEFORE, after)
-        holds = found.low - 0.05 <= factor <= found.high + 0.05
-        what = f"error {what}, {arms}"
-        findings.append(judged(where, what, f"{factor:.1f}", found.text(1), holds, LIKE_THE_THESIS))
-    return tuple(findings)
+    return tuple(_fallen(study, *step, LIKE_THE_THESIS) for step in steps)
+
+
+def _fallen(
+    study: KatanaStudy, where: str, what: str, factor: float, before: int, after: int, reason: str = ""
+) -> Finding:
+    """One factor by which errors fall."""
+    found = study.reduction(before, after)
+    reached = found.low - 0.05 <= factor <= found.high + 0.05
+    reason = reason or ("" if reached else _factor_reason(before, after))
+    return judged(where, f"error {what}", f"{factor:.1f}", found.text(1), reached, reason)
 
 
 def _factor_reason(before: int, after: int) -> str:
@@ -120,23 +121,21 @@ def two_readings(once: KatanaStudy, twice: KatanaStudy) -> Finding:
 
 def weights_compared(study: InfluenceStudy) -> tuple[Finding, ...]:
     """Whether influence as a weight helps, over many arms, with 95 % intervals of the geometric mean."""
-    return tuple(_weighed(study, t, n) for t in range(len(TROUBLES)) for n in (0, len(study.numbers) - 1))
-
-
-def _weighed(study: InfluenceStudy, trouble: int, number: int) -> Finding:
-    """Influence based against the standard way and against least squares, in one of the cases."""
-    standard, squares = (study.ratio(trouble, number, 2, other=other) for other in (1, 0))
-    shown = [f"{r.value:.2f} [{r.low:.2f}, {r.high:.2f}] {r.verdict}" for r in (standard, squares)]
-    reason = {
+    reasons = {
         "better": "few poses for 17 constants: what they hardly show stays near nominal, weights or not",
         "worse": "weights keep the search from the least squares that the noise calls for",
         "no different": "what no constant can hold is left by every way alike",
-    }[squares.verdict]
-    return judged(
-        "§3.7", f"influence based / standard; / least squares; {study.numbers[number]} poses, "
-        f"{TROUBLES[trouble].name}", "effective compared to the standard one", "; ".join(shown),
-        standard.verdict == "better", reason,
-    )  # fmt: skip
+    }
+    findings = []
+    for trouble, number in product(range(len(TROUBLES)), (0, len(study.numbers) - 1)):
+        standard, squares = (study.ratio(trouble, number, 2, other=other) for other in (1, 0))
+        shown = [f"{r.value:.2f} [{r.low:.2f}, {r.high:.2f}] {r.verdict}" for r in (standard, squares)]
+        findings.append(judged(
+            "§3.7", f"influence based / standard; / least squares; {study.numbers[number]} poses, "
+            f"{TROUBLES[trouble].name}", "effective compared to the standard one", "; ".join(shown),
+            standard.verdict == "better", reasons[squares.verdict],
+        ))  # fmt: skip
+    return tuple(findings)
 
 
 def contradictions(q: np.ndarray) -> tuple[Finding, ...]:
@@ -163,12 +162,8 @@ def contradictions(q: np.ndarray) -> tuple[Finding, ...]:
 def _same_arm(q: np.ndarray) -> tuple[Finding, ...]:
     """Tables 3.2 and 3.3 as errors of one arm."""
     nominal = load_robot("katana450")
-    arms = [
-        nominal.with_values(
-            dict(zip(printed.CONSTANTS, (nominal.values(printed.CONSTANTS) + e).tolist(), strict=True))
-        )
-        for e in (np.zeros(17), printed.TABLE_3_2, printed.TABLE_3_3)
-    ]
+    errors = (np.zeros(17), printed.TABLE_3_2, printed.TABLE_3_3)
+    arms = [with_errors(nominal, printed.CONSTANTS, own) for own in errors]
     places = [1e3 * tool_poses(arm, Motion(q))[:, :3, 3] for arm in arms]
 
     def distance(i: int, k: int) -> float:

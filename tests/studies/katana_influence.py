@@ -33,6 +33,11 @@ class Influence:
         return self.distances.mean(axis=0)
 
 
+def with_errors(robot: Robot, names: tuple[str, ...], errors: np.ndarray) -> Robot:
+    """The arm whose constants are off by so much."""
+    return robot.with_values(dict(zip(names, (robot.values(names) + errors).tolist(), strict=True)))
+
+
 def influence(robot: Robot, motion: Motion, *, names: tuple[str, ...]) -> Influence:
     """Impose the deviation on each constant and compute the tool's motion."""
     elements, here = robot.chain.elements, tool_poses(robot, motion)[:, :3, 3]

@@ -204,7 +204,10 @@ def _calibrated(arm: MeasuredArm, craig: Robot, tilting: Robot) -> tuple[np.ndar
     models = [craig]
     for method in METHODS:
         robot = craig if not method.three else tilting if method.tilting else tilting.with_effects()
-        problem = _problem(robot, q[:POSES], arm.seen[:, :3, 3], method)
+        seen, noise = arm.seen[:, :3, 3], INSTRUMENTS["optotrak"].deviations[0]
+        free = robot.default_free if method.three else printed.CONSTANTS
+        effects = tuple(robot.coefficients) if method.found else ()
+        problem = point_problem(robot, q[:POSES], seen, noise, free, effects)
         models.append(problem.robot_at(method.algorithm.search(problem).x))
     distance = np.array([differences(tool_poses(m, Motion(q)), real) for m in models])
     measured = distance[:, :POSES]
@@ -216,15 +219,17 @@ def _calibrated(arm: MeasuredArm, craig: Robot, tilting: Robot) -> tuple[np.ndar
     )
 
 
-def _problem(robot: Robot, q: np.ndarray, seen: np.ndarray, method: Method) -> Problem:
+def point_problem(
+    robot: Robot,
+    q: np.ndarray,
+    seen: np.ndarray,
+    noise: float,
+    free: tuple[str, ...],
+    effects: tuple[str, ...] = (),
+) -> Problem:
+    """Constants and coefficients from measured points."""
     rows = Dataset(q=q, row=np.arange(len(q)), position=seen, source="virtual Katana")
-    return Problem.build(
-        robot,
-        rows,
-        free=robot.default_free if method.three else printed.CONSTANTS,
-        noise=Noise(INSTRUMENTS["optotrak"].deviations[0], np.nan),
-        effects=tuple(robot.coefficients) if method.found else (),
-    )
+    return Problem.build(robot, rows, free=free, noise=Noise(noise, np.nan), effects=effects)
 
 
 def zxz_of(rotations: Float[np.ndarray, "rows 3 3"]) -> Float[np.ndarray, "rows 3"]:

@@ -23,20 +23,18 @@ from scipy.interpolate import make_interp_spline
 from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_paths import Path, circle_through, plan
-from studies.katana_study import EACH_DIRECTION, REMAINDER, Spread, read_tilting, spread
-from workbench import Dataset, Frame, Motion, Robot, load_robot, tool_poses
+from studies.katana_study import EACH_DIRECTION, REMAINDER, Spread, point_problem, read_tilting, spread
+from workbench import Frame, Motion, Robot, load_robot, tool_poses
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.inverse.damped_newton import refine
 from workbench.arm.inverse.follow import rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import JointRows, Poses
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.extras.trajectories.correction import correct
 from workbench.extras.trajectories.path import Commanded, command_joints
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.problem import Noise, Problem
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
 LINE = np.array([[0.09, -0.3, 0.1392893], [-0.09, -0.3353553, 0.1746446]])
@@ -82,8 +80,9 @@ class TrackingStudy:
 
 
 def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
-    """Let virtual Katanas follow the paths."""
-    robot = drawing_katana()
+    """Let virtual Katanas follow the paths, with the 130 mm of the pencil holder (Table 5.1)."""
+    tool = Frame(xyz=np.array([0.0, 0.0, printed.PENCIL_HOLDER]))
+    robot = load_robot("katana450-three-rotation").with_frames(tool=tool)
     paths = tracked_paths(robot)
     cube = iso_cube_poses(robot, POSES, rng=np.random.default_rng(seed)).q
     errors: list[np.ndarray] = []
@@ -99,12 +98,6 @@ def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
     return TrackingStudy(
         paths=paths, mean=np.moveaxis(found.mean(axis=-1), 1, 2), alone=_alone(robot, paths[0])
     )
-
-
-def drawing_katana() -> Robot:
-    """The nominal arm in the three-rotation form with the 130 mm of the pencil holder (Table 5.1)."""
-    tool = Frame(xyz=np.array([0.0, 0.0, printed.PENCIL_HOLDER]))
-    return load_robot("katana450-three-rotation").with_frames(tool=tool)
 
 
 def tracked_paths(robot: Robot) -> tuple[Path, ...]:
@@ -162,14 +155,8 @@ def identified(
     """The model whose twists and offsets of (5.11) fit measured positions, eq. (5.20) iterated."""
     noise = INSTRUMENTS["optotrak"].deviations[0]
     seen = reached(actual, robot, q)[:, :3, 3] + noise * rng.standard_normal((len(q), 3))
-    rows = Dataset(q=q, row=np.arange(len(q)), position=seen, source="virtual Katana")
-    problem = Problem.build(
-        robot,
-        rows,
-        free=robot.default_free,
-        noise=Noise(noise, np.nan),
-        effects=tuple(robot.coefficients) if together else (),
-    )
+    effects = tuple(robot.coefficients) if together else ()
+    problem = point_problem(robot, q, seen, noise, robot.default_free, effects)
     return problem.robot_at(Ols().search(problem).x)
 
 
@@ -182,11 +169,6 @@ def missed(actual: VirtualKatana, robot: Robot, q: JointRows, wanted: Poses) -> 
     """Distance of the virtual arm from poses in the robot's base [mm], eq. (5.21)."""
     away = reached(actual, robot, q) - robot.base.pose @ wanted
     return 1e3 * np.linalg.norm(away[:, :3, 3], axis=1)
-
-
-def path_moments(path: Path) -> JointMoments:
-    """What holds the links in motion, right before each joint."""
-    return joint_moments(path.robot, Motion(path.motion.q, **path.motion.drivers))
 
 
 def _alone(robot: Robot, path: Path) -> Float[np.ndarray, "2 rows"]:

@@ -5,8 +5,10 @@ import numpy as np
 from studies import katana_printed as printed
 from studies import katana_tracking as tracking
 from studies.finding import Finding, checked, judged, without
-from studies.katana_study import Spread, spread
+from studies.katana_study import spread
 from studies.katana_tracking import STEPS, TrackingStudy
+from workbench import Motion
+from workbench.arm.statics.moments import joint_moments
 
 BETTER = (tracking.GEOMETRY, tracking.STIFFNESS, tracking.TILTING)
 """Columns with a printed number."""
@@ -34,45 +36,23 @@ def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
         near.low <= line <= near.high,
         "identified on samples of the circle alone; the line is another path and chosen here",
     )  # fmt: skip
-    return (*found, other, _stiffness(study), _methods(study), _elsewhere(study), *_loads(study))
-
-
-def _stiffness(study: TrackingStudy) -> Finding:
-    """What correcting the stiffness brings before the tilting."""
-    gain = _gain(study)
-    stated = printed.TRACKED[tracking.GEOMETRY] - printed.TRACKED[tracking.STIFFNESS]
-    return judged(
+    gain = spread(study.mean[:, tracking.GEOMETRY, 0] - study.mean[:, tracking.STIFFNESS, 0])
+    stated = circle[tracking.GEOMETRY] - circle[tracking.STIFFNESS]
+    stiffness = judged(
         "§5.5.1", "stiffness first lowers the mean error on the circle by [mm]", f"{stated:.3f}",
         gain.text(3), gain.low <= stated <= gain.high,
         "stiffness first brings nothing here: the path's own samples have taken it up",
     )  # fmt: skip
-
-
-def _gain(study: TrackingStudy) -> Spread:
-    """By how much the error on the circle falls when stiffness is corrected first [mm]."""
-    geometry, stiffness = (study.mean[:, step, tracking.CIRCLE] for step in BETTER[:2])
-    return spread(geometry - stiffness)
-
-
-def _methods(study: TrackingStudy) -> Finding:
-    """The thesis's own way against ours, on the circle itself."""
     own, ours = study.spread(tracking.TILTING), study.spread(tracking.OURS)
-    return checked(
+    wide = np.median(study.mean[:, tracking.OURS] - study.mean[:, tracking.TILTING], axis=0) > 0.0
+    sides = (", ".join(np.array(tracking.PATHS)[wide == better]) for better in (True, False))
+    words = ("the thesis's own way, from samples of the circle, is better on: ", "ours on: ")
+    methods = checked(
         "§5.5.1", "from 118 poses / the thesis's way, from samples of the circle; on the circle [mm]",
         "–", f"{ours.text(3)} / {own.text(3)}", ours.median <= own.median,
-        _better(study),
+        "; ".join(word + paths for word, paths in zip(words, sides, strict=True) if paths),
     )  # fmt: skip
-
-
-def _better(study: TrackingStudy) -> str:
-    """On which paths the thesis's own way is better, and on which ours."""
-    gap = np.median(study.mean[:, tracking.OURS] - study.mean[:, tracking.TILTING], axis=0)
-    own, ours = (
-        ", ".join(path for path, wide in zip(tracking.PATHS, gap, strict=True) if bool(wide > 0.0) is better)
-        for better in (True, False)
-    )
-    message = (f"the thesis's own way, from samples of the circle, is better on: {own}", f"ours on: {ours}")
-    return "; ".join(text for text, paths in zip(message, (own, ours), strict=True) if paths)
+    return (*found, other, stiffness, methods, _elsewhere(study), *_loads(study))
 
 
 def _matches(study: TrackingStudy, step: int) -> bool:
@@ -98,7 +78,8 @@ def _elsewhere(study: TrackingStudy) -> Finding:
 
 def _loads(study: TrackingStudy) -> tuple[Finding, ...]:
     """What the thesis reads from its figs. 5.8 to 5.10."""
-    moments = tracking.path_moments(study.paths[0])
+    path = study.paths[0]
+    moments = joint_moments(path.robot, Motion(path.motion.q, **path.motion.drivers))
     own, across = np.abs(moments.about[:, 0]).max(), moments.tipping[:, 0].max()
     stiff, tilted = study.alone.mean(axis=1)
     return (

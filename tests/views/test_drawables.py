@@ -88,13 +88,8 @@ def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(first):
 
 
 def test_what_is_hidden_is_made_when_it_is_shown(first):
-    requested = []
-
-    def make(size):
-        requested.append(size)
-        return SimpleNamespace(size=size)
-
-    sink = Notebook()
+    requested, sink = [], Notebook()
+    make = lambda size: requested.append(size) or SimpleNamespace(size=size)  # noqa: E731
     for size, shown in ((1, False), (2, False), (3, True), (3, False), (4, False), (4, True)):
         sink.draw([Item("thing", make, (size,), shown=shown)])
         assert ("thing" in sink.shown) is shown

@@ -135,10 +135,15 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
     """
     if (common := COMMON.get(unit)) is not None and common.quantity in quantities:
         return common
-    parsed = _parsed(unit)
+    parsed, registry = _parsed(unit), _registry()
     for quantity in quantities:
-        if (found := _as_quantity(parsed, quantity)) is not None:
-            return found
+        other = _parsed(str(quantity))
+        if parsed.dimensionality != other.dimensionality:
+            continue
+        if parsed.dimensionless and registry.get_root_units(parsed)[1] != registry.get_root_units(other)[1]:
+            continue  # angles and plain numbers are both dimensionless, and must not be mixed up
+        zero, one = (float(registry.Quantity(v, parsed).to(other).magnitude) for v in (0.0, 1.0))
+        return Conversion(quantity, one - zero if zero else one, zero)
     wanted = " or ".join(EXAMPLES[quantity] for quantity in quantities)
     raise UnitError(f"the unit '{unit}' does not fit here: convert to {wanted}", unit=unit)
 
@@ -181,15 +186,3 @@ def _parsed(unit: str):
     raise UnitError(
         f"the unit '{unit}' is unknown: write e.g. rad, deg, m, mm, s, degC, kg or N*m", unit=unit
     )
-
-
-def _as_quantity(parsed, quantity: Quantity) -> Conversion | None:
-    """The conversion, or None when the unit measures something else."""
-    registry = _registry()
-    wanted = _parsed(str(quantity))
-    if parsed.dimensionality != wanted.dimensionality:
-        return None
-    if parsed.dimensionless and registry.get_root_units(parsed)[1] != registry.get_root_units(wanted)[1]:
-        return None  # angles and plain numbers are both dimensionless, and must not be mixed up
-    zero, one = (float(registry.Quantity(v, parsed).to(wanted).magnitude) for v in (0.0, 1.0))
-    return Conversion(quantity, one - zero if zero else one, zero)

@@ -61,17 +61,12 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
 
     def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
-        from workbench.session.journal.restore import restore
+        from workbench.session.journal.replay import restore
 
         recording = recorded()
-        with opt.progress_bar("replaying to the last state") as shown:
-
-            def tell(part: float, text: str) -> None:
-                shown(part, text)
-                progress(part, text)
-
-            with running(tell):
-                restored = restore(recording)
+        bar = opt.progress_bar("replaying to the last state")
+        with bar as shown, running(lambda *news: (shown(*news), progress(*news))):
+            restored = restore(recording)
         if not record:
             return _with_recorder(folders.go_on_unrecorded(restored), live)
         return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)

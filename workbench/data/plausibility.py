@@ -87,11 +87,11 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
     """Joints that never move or go beyond their limits."""
     q, rows = dataset.q[dataset.included], dataset.row[dataset.included]
     notes = []
-    for joint, (low, high) in enumerate(limits):
-        outside = rows[(q[:, joint] < low - SLACK) | (q[:, joint] > high + SLACK)]
-        if len(outside):
-            where = f"outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s)"
-            notes.append(f"joint {joint + 1} is {where}, first in data row {outside[0]}")
+    is_outside = (q < limits[:, 0] - SLACK) | (q > limits[:, 1] + SLACK)
+    for joint in np.flatnonzero(is_outside.any(0)):
+        (low, high), outside = limits[joint], rows[is_outside[:, joint]]
+        where = f"outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s)"
+        notes.append(f"joint {joint + 1} is {where}, first in data row {outside[0]}")
     still = (np.flatnonzero(np.ptp(q, axis=0) < NO_DIFFERENCE) + 1).tolist()
     if len(q) > 1 and still:
         why = "their errors can't be distinguished from their neighbours'"

@@ -101,7 +101,7 @@ def repeats_text(data: Dataset) -> str:
 
 def equal_rows(table: np.ndarray) -> tuple[Int[np.ndarray, " rows"], Int[np.ndarray, " once"]]:
     """Number of each row among the ordered different ones, and their first rows: `numpy.unique` is slower."""
-    order = np.lexsort(table.T[::-1])
+    order = np.lexsort(table.T[:1] if len(np.unique(table[:, 0])) == len(table) else table.T[::-1])
     is_new = np.append(True, (table[order[1:]] != table[order[:-1]]).any(1))[: len(order)]
     return (np.cumsum(is_new) - 1)[np.argsort(order)], order[is_new]
 

@@ -37,16 +37,11 @@ def align(
     noise: Noise | None = None,
     known: Mapping[str, float] | None = None,
 ) -> Robot:
-    """The nominal arm with the base and tool that fit the rows best; the geometry is unchanged.
+    """The nominal arm with the base and tool that fit the rows best, per session where they are free so.
 
     Args:
-        robot: Nominal arm; frames that are not free stay as they are.
-        freedom: Which parts of base and tool are unknown.
         noise: Weighs positions against rotations.
         known: Known places of anchors or contacts [m].
-
-    Returns:
-        The robot with its frames moved, per session where they are free per session.
     """
     if not freedom.base and not freedom.tool:
         return robot

@@ -14,8 +14,7 @@ def covariance(
     """Covariance of an estimate whose residuals scatter differently from how they were weighted (sandwich).
 
     Args:
-        problem: With the weights that were used.
-        x: Its solution.
+        problem: With the weights that were used, x its solution.
         root: Square root of the covariance if residuals scattered as weighted.
         actual: Standard deviations with which they actually scatter.
     """

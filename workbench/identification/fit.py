@@ -38,12 +38,9 @@ from a URDF, errors of the tool are 2 to 30 times those expected."""
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Fit(AbstractReported):
-    """One algorithm's solution of a problem.
+    """One algorithm's solution of a problem, and how its search went.
 
     Args:
-        algorithm: What found it.
-        problem: The problem.
-        search: How it went.
         seconds: Time of the search.
         actual: Actual scatter of the readings, where all were weighted equally.
         considered: Uncertain constants that were held at nominal.

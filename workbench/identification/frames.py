@@ -76,16 +76,8 @@ def choose_frames(
     effects: tuple[str, ...] = (),
     prior: Prior | None = None,
 ) -> FrameChoice:
-    """Decide what of base and tool is identified, and align the nominal arm.
-
-    Args:
-        robot: Nominal arm, whose frames say fixed, free or auto.
-        data: Rows to be used for identification.
-        choices: Sessions, known places and noise.
-        free: Constants of the arm to be identified.
-        effects: Coefficients of its effects to be identified.
-        prior: Prior knowledge of these.
-    """
+    """Decide what of base and tool is identified, with these constants of the nominal arm and coefficients of
+    its effects, and align it; its frames say fixed, free or auto."""
     noise, known = choices.noise, choices.known
     candidates = _candidates(robot, data, Sessions(choices.frames), known)
     trial, several = of_rows(data, spread_rows(data, MAX_ALIGNED_ROWS)), len(data.sessions) > 1
@@ -259,7 +251,9 @@ class _FrameTrial:
         held = tuple(f"{kind}." for kind, parts, _ in freedom.by_frame if not parts)
         if held:
             factor = factor.only(np.array([not name.startswith(held) for name in problem.names]))
-        square = factor.residual_square - factor.predicted_decrease()
+        square = factor.residual_square - float(factor.compressed @ factor.compressed)  # the least
+        if _chance(self, problem, factor, square) < PROMISING:
+            square = factor.residual_square - factor.predicted_decrease()
         return _chance(self, problem, factor, square) < PROMISING
 
 

@@ -173,9 +173,7 @@ def prepare(
     if Sessions(choices.frames) is not Sessions.SHARED:
         selection.check_sessions(rows.train_data)
     own = preparation_of(rows.train_data)
-    suited = own.suited(robot, rows.train_data)
-    told = [note for note in suited.notes if note not in rows.notes]
-    rows = selection.as_marked(rows, suited, "train").noted(*told)
+    rows = selection.as_marked(rows, own.suited(robot, rows.train_data), "train")
     progress(0.25, "deciding whether base and tool are free")
     frames = choose_frames(robot, rows.train_data, choices, free=free, effects=tuple(effects), prior=prior)
     rows = rows.noted(*frames.notes)
@@ -199,10 +197,9 @@ def prepare(
     rows = rows.noted(*identifiability.notes)
     if preparation_of(rows.held_out_data) is own:
         comparable = own.comparable(rows.held_out_data, problem.data)
-        notes = [note for note in comparable.notes if note not in rows.held_out_data.notes]
-        if (lost := selection.marked(comparable)) and not rows.is_one_file:
-            notes.append(f"{plural(len(lost), 'held-out row')} ignored: {lost[0][1]}")
-        rows = selection.as_marked(rows, comparable).noted(*notes)
+        lost = [] if rows.is_one_file else selection.marked(comparable)
+        more = [f"{plural(len(lost), 'held-out row')} ignored: {why}" for _, why in lost[:1]]
+        rows = selection.as_marked(rows, comparable).noted(*more)
     rows = _exclude_unlocated(rows, {*choices.known, *problem.names})
     is_own = frames.freedom.base and Sessions(choices.frames) is not Sessions.SHARED
     new = tuple(n for n in rows.held_out_data.sessions if is_own and n not in rows.train_data.sessions)

@@ -8,7 +8,7 @@ of the frames (per session where they differ), and of the instrument (anchors, c
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,14 +108,10 @@ class Problem:
         effects: Sequence[str] = (),
         inertia: bool = False,
     ) -> "Problem":
-        """Set up the problem for some rows.
+        """Set up the problem for some rows; further arguments as of the class.
 
         Args:
-            robot: Nominal arm; the search starts at its session frames.
             free: Constants of the arm that are unknown; the robot's default ones if None.
-            frames: Which parts of base and tool are unknown; none if None.
-            noise: Standard deviations [m], [rad] on top of the rows' own.
-            known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
                 others keep their values.
             inertia: Whether the links' masses and centres are unknowns too, with the robot's tolerances as
@@ -133,7 +129,7 @@ class Problem:
         free_gravity = ((bool(masses) and has_loads) or has_tilts) and np.any(robot.gravity)
         angles = dict.fromkeys(n for s in data.sessions for n in gravity_names(s, frames) if free_gravity)
         parameters = (
-            *_arm_parameters(robot, names, effects),
+            *_arm_parameters(robot, names, tuple(effects)),
             *(Parameter(n, facts[n].unit, v, is_inertia=True) for n, v in masses.items()),
             *(Parameter(n, "rad", 0.0, is_inertia=not has_tilts) for n in angles),
             *frame_parameters(robot, data.sessions, frames),
@@ -429,8 +425,9 @@ class Problem:
         return np.sqrt(self.shares) * (1.0 if self.row_weights is None else self.row_weights)
 
 
-def _arm_parameters(robot: Robot, names: Sequence[str], effects: Sequence[str]) -> list[Parameter]:
-    """Constants and coefficients of effects by name."""
+@lru_cache(maxsize=8)
+def _arm_parameters(robot: Robot, names: tuple[str, ...], effects: tuple[str, ...]) -> list[Parameter]:
+    """Constants and coefficients of effects by name; kept for the next problem."""
     arm = {e.name: e for e in robot.elements}
     units, sizes = robot.coefficient_units, robot.coefficients
     shown = [n for n in arm if arm[n].matrix is None]

@@ -8,7 +8,7 @@ the errors.
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 from jaxtyping import Bool
@@ -127,7 +127,6 @@ class Run(AbstractReported, AbstractValidation):
 
     Args:
         fit: Parameters, standard errors, unobservable combinations.
-        held_out_data: The held-out rows.
         before_refit: The arm with these errors, if `fit` was afterwards made on all rows.
         new_sessions: Base and tool in held-out sessions that were not fitted, found from their own rows.
         geometry: The best arm without effects on the fitted rows, if the fit has some.
@@ -277,15 +276,9 @@ def sizes(formats: dict[str, Errors]) -> dict[str, str]:
     return parts
 
 
-@dataclass(frozen=True, kw_only=True)
-class Judged:
-    """Rows of a run, judged.
-
-    Args:
-        verdict: In words.
-        is_kept: Whether all with a measured point keep the requirement; None where none has one.
-        held_out: Whether they were held out; else they are the fitted ones.
-    """
+class Judged(NamedTuple):
+    """Rows of a run, held out or else fitted: whether all with a measured point keep the requirement, None
+    where none has one; and this in words."""
 
     verdict: str
     is_kept: bool | None
@@ -301,8 +294,7 @@ def judge(run: Run, wanted: Wanted) -> Judged:
     failed = int((errors.has_position & ~wanted.within(errors)).sum())
     text = wanted.text if np.isfinite(errors.rotation).any() else wanted.position_text
     where = f"{count} {'held-out rows' if held_out else 'fitted rows (none were held out)'}"
-    verdict = f"✗ {failed} of {where} {'misses' if failed == 1 else 'miss'} {text}"
-    verdict = verdict if failed else f"✓ Meets {text} on all {where}"
     if not count:
-        verdict = "No verdict: no positions were measured"
-    return Judged(verdict=verdict, is_kept=not failed if count else None, held_out=held_out)
+        return Judged("No verdict: no positions were measured", None, held_out)
+    misses = f"✗ {failed} of {where} {'misses' if failed == 1 else 'miss'} {text}"
+    return Judged(misses if failed else f"✓ Meets {text} on all {where}", not failed, held_out)

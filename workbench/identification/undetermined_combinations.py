@@ -68,6 +68,11 @@ class Factor:
         return np.linalg.svd(self.r)
 
     @cached_property
+    def sizes(self) -> Float[np.ndarray, " p"]:
+        """These singular values; alone they take half as long."""
+        return self.svd.S if "svd" in vars(self) else np.linalg.svd(self.r, compute_uv=False)
+
+    @cached_property
     def along(self) -> Float[np.ndarray, " p"]:
         """Uᵀ Qᵀ r, the residual along each left singular vector."""
         return self.svd.U.T @ self.compressed
@@ -77,7 +82,7 @@ class Factor:
         """Directions that are observable at all, however weakly."""
         if self.inverse is not None:
             return np.ones(len(self.r), bool)
-        sizes = self.svd.S
+        sizes = self.sizes
         return sizes > RANK_TOLERANCE * max(float(sizes.max(initial=0.0)), 1e-300)
 
     @cached_property
@@ -85,7 +90,7 @@ class Factor:
         """Directions that are identified: their standard error for the stated noise is 1/s."""
         if self.inverse is not None:
             return self.visible
-        return self.visible & (self.svd.S > 1.0 / WEAKLY_OBSERVABLE)
+        return self.visible & (self.sizes > 1.0 / WEAKLY_OBSERVABLE)
 
     @property
     def rank(self) -> int:

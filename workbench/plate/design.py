@@ -30,8 +30,8 @@ from workbench.plate.tolerances import PIN_PLAY, Production
 
 NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
-TRIAL_BLOCKS, TRIAL_TARGETS_SHARE = 150, 0.7
-"""Random blocks, and share of the targets, of a search that tells places of the plate apart."""
+TRIAL_BLOCKS, TRIAL_TARGETS_SHARE, TRIALS_SHARE = 150, 0.7, 0.7
+"""Random blocks, and share of the targets, of a search that tells places apart; what of the time all take."""
 MIN_HEIGHT_ABOVE_TABLE = 0.06
 """No plate is moved down so far that its top is less above the table [m]."""
 SHIFTS = ((-0.1, 0.0), (0.1, 0.0), (0.0, -0.1), (0.0, 0.1), (-0.1, -0.1), (-0.1, 0.1))
@@ -83,11 +83,8 @@ def optimise_plate(
         DataError: a region out of reach, or constraints that no target keeps; names those most often missed.
     """
     kind = kind or usual_kind(plate)
-    made = plate.production
-    if kind is not Kind.SEAT:
-        made = replace(made, play=(0.0, 0.0))
-    elif not any(made.play):  # seats of which the file tells no play have that of the drawn pins
-        made = replace(made, play=PIN_PLAY)
+    play = plate.production.play if any(plate.production.play) else PIN_PLAY  # that of the drawn pins
+    made = replace(plate.production, play=play if kind is Kind.SEAT else (0.0, 0.0))
     goal, plate = plate_region_poses(robot, plate), replace(plate, production=production or made)
     number = len(plate) if number is None else number
     names, sigma = identified_names(robot, base=base, tool=tool), sigma_of(kind, sigma)
@@ -102,11 +99,11 @@ def optimise_plate(
         """Where a quick search finds the smallest error; what it says where none finds any plate."""
         if len(everywhere) == 1:
             return plate
-        found, wrong = {}, None
+        found, wrong, share = {}, None, TRIALS_SHARE / len(everywhere)
         few = int(np.ceil(TRIAL_TARGETS_SHARE * number))
         for i, moved in enumerate(everywhere):
             try:
-                with part_of(0.0, 0.0, "trying places of the plate"):
+                with part_of(share * i, share, "trying places of the plate"):
                     quick = search(moved, margins, places=min(places, TRIAL_BLOCKS), starts=1, number=few)
                     found[i] = quick.cost
             except WorkbenchError as error:
@@ -117,9 +114,11 @@ def optimise_plate(
 
     is_movable = moves and not any(target.locked for target in plate.targets)
     everywhere = (plate, *_moved(robot, plate)) if is_movable else (plate,)
-    margins = constraints or Constraints(floor=table_height(robot))
+    margins, begun = constraints or Constraints(floor=table_height(robot)), TRIALS_SHARE * is_movable
     try:
-        return search(best_place(margins), margins)
+        place = best_place(margins)
+        with part_of(begun, 1.0 - begun):
+            return search(place, margins)
     except DataError as error:
         if constraints is not None:
             raise
@@ -129,7 +128,7 @@ def optimise_plate(
         design = search(plate, margins)
         kept = "5 mm clear, targets 60 mm apart, 25 mm of retreat"
         probe = "; the flange touches the blocks: give the robot its probe as the tool"
-        narrowed = f"{kept}{probe if OWN_BLOCK in str(error) else ''}"
+        narrowed = kept + probe * (OWN_BLOCK in str(error))
         return replace(design, narrowed=narrowed, notes=(f"{error}; kept: {kept}", *design.notes))
 
 

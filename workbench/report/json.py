@@ -37,18 +37,16 @@ def document(schema: str, **content: Any) -> Json:
         content: Values, or functions that compute them; one that fails leaves null and a warning.
     """
     with failures() as failed:
-        made = {key: ask(f"'{key}'", partial(_made, value), None) for key, value in content.items()}
+        made = {key: ask(f"'{key}'", partial(plain, value), None) for key, value in content.items()}
     more = {"warnings": [*(made.get("warnings") or ()), *failed]} if failed else {}
     return {"schema": schema, **made, **more}
 
 
-def _made(value: Any) -> Any:
-    return plain(value() if callable(value) else value)
-
-
 def plain(value: Any) -> Any:
-    """The same data with Python's own types: dates and enumerations as text, and None for every number that
-    is not finite."""
+    """The same data with Python's own types: dates and enumerations as text, None for every number that is
+    not finite, and of a function what it computes."""
+    if callable(value):
+        return plain(value())
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, np.ndarray):

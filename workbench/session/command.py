@@ -117,6 +117,10 @@ class AbstractTask(AbstractCommand, Generic[Result]):
     def finish(self, session: Session, result: Result) -> Session:
         """The present session with the result."""
 
+    def stopped(self, result: Result) -> "AbstractTask[Result] | None":
+        """The task that leads to what was found until it was cancelled; None: nothing of that is kept."""
+        return None
+
 
 class AbstractLoad(AbstractTask[Result]):
     """A task that reads a file as measurements, given its `name` and `content`."""

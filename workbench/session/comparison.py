@@ -5,7 +5,7 @@ one, the nominal base) brings measured and predicted poses alike into the base's
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import cached_property
 from typing import Any
@@ -102,18 +102,15 @@ def compare(
         nominal: The nominal arm, on its best base.
         models: The arm of every stage that is known.
     """
-    parts = [_compared(fitted, nominal, models)]
-    for kind, rows in (("held_out", checks), ("kept_out", kept_out)):
-        if rows is not None and len(rows):
-            marked: dict[str, Any] = {kind: np.full(len(rows), True)}
-            parts.append(replace(_compared(rows, nominal, models), **marked))
+    every = (fitted, ""), (checks, "held_out"), (kept_out, "kept_out")
+    parts = [_compared(rows, nominal, models, kind) for rows, kind in every if rows is not None and len(rows)]
     columns: dict[str, Any] = {}
     for f in (f for f in fields(Comparison) if f.name != "models"):
         columns[f.name] = frozen(np.concatenate([getattr(part, f.name) for part in parts]))
     return Comparison(**columns, models=models)
 
 
-def _compared(data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot]) -> Comparison:
+def _compared(data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot], kind: str) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
     to_base = np.empty((len(data), 4, 4))  # from the measuring frame
     for name in data.sessions:
@@ -127,8 +124,8 @@ def _compared(data: Dataset, nominal: Robot, models: Mapping[ModelStage, Robot])
     return Comparison(
         q=data.q,
         number=data.row,
-        held_out=np.full(len(data), False),
-        kept_out=np.full(len(data), False),
+        held_out=np.full(len(data), kind == "held_out"),
+        kept_out=np.full(len(data), kind == "kept_out"),
         measured=se3.apply(to_base, position),
         nominal=to_base @ expected,
         residuals=residuals,

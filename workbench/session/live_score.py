@@ -20,7 +20,7 @@ from workbench.plate.plate_score import SetScore
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import set_score
 from workbench.session.part import AbstractPart
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState
 
 
 def score(

@@ -64,16 +64,19 @@ class Loaded:
         return self.match is not None and self.match.is_foreign
 
     @cached_property
-    def _counter(self) -> TableColumn | None:
-        """A column that was left out and counts the rows."""
+    def counter(self) -> TableColumn | None:
+        """A column that counts the rows, and says nothing else but the name of a point."""
         columns = () if self.file is None else self.file.preview.columns
-        counts = (c for c in columns if c.key is None and all(map(str.isdecimal, c.cells)))
+        counts = (c for c in columns if c.key in (None, "point") and all(map(str.isdecimal, c.cells)))
         return next((c for c in counts if [*map(int, c.cells)] == sorted({*map(int, c.cells)})), None)
 
+    def own_number(self, row: int) -> int:
+        """That of the file, if it counts its rows."""
+        return row if self.counter is None or row >= len(self.counter.cells) else int(self.counter.cells[row])
+
     def row_name(self, row: int) -> str:
-        """Number of a row, and the file's own if it has one: `16 = Nr 17`."""
-        own = self._counter
-        return f"{row}" if own is None or row >= len(own.cells) else f"{row} = {own.heading} {own.cells[row]}"
+        """As the file has it: `Nr 17`; its number from 0 where the file doesn't count its rows."""
+        return f"{'' if self.counter is None else self.counter.heading} {self.own_number(row)}".lstrip()
 
 
 BY_HAND = "excluded manually"

@@ -32,7 +32,7 @@ from workbench.session.export import Make, calibrated_toml, calibrated_urdf, fix
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
-from workbench.session.stages import before_and_after, counted, file_errors, share_of_noise, stages, suspects
+from workbench.session.stages import before_and_after, share_of_noise, stages, suspects
 from workbench.session.state import Session
 
 BEYOND_NOISE = 1.5
@@ -63,6 +63,7 @@ class NextStep:
 
 
 LOAD = Action("Measure", Tab.MEASURE)
+OTHER_ROWS = replace(LOAD, label="Other measurements")
 COLUMNS = Action("Columns of the file", Tab.MEASURE)
 MORE = Action("Measure more", Tab.MEASURE)
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
@@ -160,7 +161,9 @@ def _loaded(session: Session) -> NextStep | None:
         return None
     if loaded.match is not None and loaded.is_foreign:
         return _foreign(loaded.match, loaded.file)
-    return NextStep(f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=LOAD)
+    return NextStep(
+        f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=OTHER_ROWS
+    )
 
 
 def _stale(session: Session) -> NextStep | None:
@@ -188,7 +191,8 @@ def _added(session: Session) -> NextStep | None:
         ask = "" if found.remaining.known_noise else "; state the instrument's noise to know if it is more"
         left, tone = f"No known effect explains the rest{ask}", Tone.CAREFUL
     sentence = f"{before_and_after(session)}. {left}."
-    left_by = {name: errors.position_mm.mean for name, errors in file_errors(session).items()}
+    run = session.results.run
+    left_by = {name: e.position_mm.mean for name, e in ({} if run is None else run.file_errors).items()}
     if not left_by.get("URDF", 0.0) > left_by.get("TOML", 0.0):
         return NextStep(sentence, tone, TAKE, COMPARE)
     urdf, toml = (f"Save as {name} ({compared(left_by[name])} mm)" for name in ("URDF", "TOML"))
@@ -201,14 +205,17 @@ def _diagnosed(session: Session) -> NextStep | None:
     found, known = session.results.diagnosis, stages(session)
     if found is None:
         return None
-    before, after = (counted(session, found, errors) for errors in (found.before, found.after))
-    left = (known[-1].errors if known else before).text("mean")
+    before = known[-1].errors if known else found.before.judged
+    left = before.text("mean")
     poses = POSES if len(found.measure_next) else MORE
     if found.harm is not None:
         return NextStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
-        tone, other = Tone.GOOD if found.is_named else Tone.CAREFUL, TAKE if known else poses
-        return NextStep(_promise(found, before, after), tone, ADD if found.causes else CORRECT, other)
+        tone, promise = (
+            Tone.GOOD if found.is_named else Tone.CAREFUL,
+            _promise(found, before, found.after.judged),
+        )
+        return NextStep(promise, tone, ADD if found.causes else CORRECT, TAKE if known else poses)
     if not found.is_tried or found.verdict is Verdict.UNEXPLAINED:
         return NextStep(f"{capital(found.verdict_text)}; {left} left.", Tone.CAREFUL, poses, TAKE)
     rest = "all of it noise" if found.remaining.known_noise else "and nothing found in it"
@@ -233,7 +240,7 @@ def _identified(session: Session) -> NextStep | None:
     assert found is not None
     errors, times, known = before_and_after(session), share_of_noise(session, found), found.identifiability
     if doubts := found.doubts(found.runs[session.results.fit]):
-        return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, LOAD)
+        return NextStep(capital(implausible_text(doubts[:2])), Tone.CAREFUL, COMPARE, OTHER_ROWS)
     if known.refused:
         text = f"No parameter was identified: {known.advice or known.refused}."
         return NextStep(text, Tone.CAREFUL, MORE, COMPARE)
@@ -273,7 +280,7 @@ def _exclude_suspects(session: Session) -> Action | None:
     after = _stale(session.updated("measurements", left_out=out | wrong)) if wrong else None
     if loaded is None or found is None or after is None or not (after.next and found.is_one_file):
         return None
-    named = f"row {loaded.row_name(min(wrong))}" if len(wrong) == 1 else f"{len(wrong)} rows"
+    named = f"row {session.measurements.row_name(min(wrong))}" if len(wrong) == 1 else f"{len(wrong)} rows"
     label = f"Exclude {named}, {after.next.label.lower()}"
     return Action(label, Tab.CALIBRATE, LeaveRowsOut(tuple(sorted(out | wrong))), after.next.command)
 

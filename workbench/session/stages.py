@@ -7,7 +7,6 @@ import numpy as np
 from workbench.base.wording import first_of
 from workbench.identification.errors.row_errors import AbstractValidation, Errors
 from workbench.identification.result import Identification
-from workbench.identification.rows.row_selection import AbstractSplit
 from workbench.report.numbers import compared
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Session
@@ -19,7 +18,7 @@ NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 
 @dataclass(frozen=True, eq=False)
 class StageErrors:
-    """Errors up to one stage of the model on the rows that count (`counted`).
+    """Errors up to one stage of the model on held-out rows; on the fitted ones where none were held out.
 
     Args:
         title: The stage.
@@ -43,28 +42,19 @@ def suspects(session: Session) -> list[int]:
     return sorted({*rows, *(() if found is None else found.suspects)})
 
 
-def counted(session: Session, found: AbstractSplit, errors: AbstractValidation) -> Errors:
-    """Errors on held-out rows, without suspects; on the fitted ones where none were held out.
-
-    One wrong row would shape their mean. Whether a required error is kept is judged on all of them.
-    """
-    keep = ~np.isin(found.held_out_data.row, suspects(session))
-    return (errors.held_out and errors.held_out.take(keep)) or errors.train
-
-
-def file_errors(session: Session) -> dict[str, Errors]:
-    """Errors of each file of the shown arm on those rows."""
-    if (run := session.results.run) is None or run.judging is not run.held_out_data:
-        return {} if run is None else run.file_errors
-    keep = ~np.isin(run.saved.valid_for(run.judging).row, suspects(session))
-    return {name: (len(e) == len(keep) and e.take(keep)) or e for name, e in run.file_errors.items()}
+def sure_errors(session: Session, found: Identification) -> Errors:
+    """Those of the shown fit without suspects: one wrong row would shape their mean, and what is advised."""
+    return found.runs[session.results.fit].without(np.isin(found.held_out_data.row, suspects(session)))
 
 
 def without_suspects(session: Session) -> str:
-    """Behind a mean: ` without row 15, which no arm explains`; empty where there is no such row."""
-    loaded, rows = session.measurements.loaded, suspects(session)
-    named = first_of(map(str if loaded is None else loaded.row_name, rows), MAX_NAMED)
-    return f" without row{'s' * (len(rows) > 1)} {named}, which no arm explains" if rows else ""
+    """Behind a mean: ` (0.086 without row 15, which no arm explains)`; empty where there is no such row."""
+    rows, found = suspects(session), session.results.identification
+    if not rows or found is None:
+        return ""
+    named = first_of(map(session.measurements.row_name, rows), MAX_NAMED)
+    left = compared(sure_errors(session, found).position_mm.mean)
+    return f" ({left} without row{'s' * (len(rows) > 1)} {named}, which no arm explains)"
 
 
 def stages(session: Session) -> tuple[StageErrors, ...]:
@@ -77,7 +67,7 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
         known.insert(1, results.geometry or (results.diagnosis and results.diagnosis.before))
     out = []
     for stage, errors in ((s, e) for s, e in zip(STAGES, known, strict=False) if e is not None):
-        out.append(StageErrors(stage, words[stage], counted(session, found, errors)))
+        out.append(StageErrors(stage, words[stage], errors.judged))
     return tuple(out)
 
 
@@ -119,5 +109,5 @@ def noise_length(found: Identification) -> float:
 
 def share_of_noise(session: Session, found: Identification) -> float:
     """How many times the instrument's noise is left on average; NaN where that is unknown."""
-    left, noise = stages(session)[-1].error, noise_length(found)
+    left, noise = sure_errors(session, found).position_mm.mean, noise_length(found)
     return left / noise if noise > 0.0 else float("nan")

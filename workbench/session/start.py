@@ -31,8 +31,7 @@ from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.live_score import draw_region, score
 from workbench.session.state import Choices, EvaluationRegion, PlateHistory, Session, UndoStep
-from workbench.session.target_postures import branches_to, settled, solve_all_targets
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState, branches_to, settled, solve_all_targets
 from workbench.session.target_steps import with_history
 
 

@@ -29,7 +29,7 @@ from workbench.session.live_score import PlateTrial
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
 from workbench.session.part import AbstractPart, GoesWith, Part
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState
 
 UNDO_STEPS, WHOLE = 200, 12
 """How many moves can be taken back, and how many times another robot, rows, results or exclusions."""
@@ -167,6 +167,10 @@ class Measurements:
     unread: MeasurementFile | None = None
     levelled: bool = False
     left_out: frozenset[int] = frozenset()
+
+    def row_name(self, row: int) -> str:
+        """How people call a row, as its file does."""
+        return f"{row}" if self.loaded is None else self.loaded.row_name(row)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

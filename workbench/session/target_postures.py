@@ -9,7 +9,7 @@ replaced by a collision-free one, if there is any.
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -26,10 +26,40 @@ from workbench.plate.collision import hits, obstacles, shape_of, unobstructed
 from workbench.plate.optimiser.shapes import Collider
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.target_branches import choose_branches
-from workbench.session.target_state import TargetState
 
 TIGHT = 0.02
 """Distance from the plate [m] up to which it is told: an arm that is not calibrated may be off by as much."""
+
+
+@dataclass(frozen=True, eq=False)
+class TargetState:
+    """The arm's posture at a target.
+
+    Args:
+        q: Joint positions: of the solution, or of the nearest that the arm comes [rad or m].
+        reached: Whether the tool meets the target within the joint limits.
+        branch: Name of the inverse-kinematics solution; empty where none is reached.
+        reason: Why it is out of reach; empty where it is reached.
+        hit: What the arm would run into there, and with which link, as far as a quick look tells.
+    """
+
+    q: Float[np.ndarray, " n"]
+    reached: bool
+    branch: str = ""
+    reason: str = ""
+    hit: str = ""
+
+    @property
+    def measurable(self) -> bool:
+        """Whether the arm can stand there: the target is reached, and nothing is in the way."""
+        return self.reached and not self.hit
+
+    @property
+    def obstacle(self) -> str:
+        """Why the target can't be measured, in words; empty where it can."""
+        if not self.reached:
+            return "out of reach"
+        return f"blocked ({self.hit})" if self.hit else ""
 
 
 def solve_all_targets(

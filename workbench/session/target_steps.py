@@ -13,8 +13,7 @@ from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
 from workbench.session.state import UNDO_STEPS, WHOLE, Focus, Session, UndoStep
-from workbench.session.target_postures import settled, solve_all_targets
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState, settled, solve_all_targets
 
 
 def check_free(session: Session) -> None:

@@ -77,7 +77,7 @@ class Worker:
         self._kept = len(self._journal)
         before = self._journal[-1].at if self._journal else 0.0
         self._origin = time.monotonic() - before
-        self._queue: deque[AbstractCommand | Callable[[], None]] = deque(opening)
+        self._queue: deque[AbstractCommand | Callable[[], object]] = deque(opening)
         self._changed = threading.Condition()
         self._cancel = threading.Event()
         self._task: AbstractTask | None = None
@@ -122,12 +122,7 @@ class Worker:
 
     def add_view(self, view: AbstractView) -> None:
         """Draw here as well, beginning with the present snapshot."""
-
-        def join() -> None:
-            self._views.append(view)
-            self._draw([view])
-
-        self._put(join)
+        self._put(lambda: (self._views.append(view), self._draw([view])))  # type: ignore[func-returns-value]
 
     def begin_chores(self, chores: Iterable[type[AbstractChore]]) -> None:
         """Let the session ask for these from now on, as once a page has been drawn."""
@@ -201,17 +196,14 @@ class Worker:
             after = after.without_messages(lambda m: m.refused == type(command).__name__)
             self._session = after.without_messages(lambda m: m.severity in PASSING) if is_read else after
             if command.is_kept:
-                self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
+                last = self._journal[-1:] if len(self._journal) > self._kept else []
+                done = (entry.command for entry in last if entry.ending is Ending.DONE)
+                both = next((command.merged_with(one, before) for one in done), None)
+                if both is not None:  # it stands for the last entry, too
+                    self._journal.pop()
+                self._note(both or command, Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
             self._fail(command, error, basis, time.monotonic() - begin)
-
-    def _merged(self, command: AbstractChange, before: Session) -> AbstractChange:
-        """The command that the journal keeps; the last entry goes if this one stands for both."""
-        last = self._journal[-1:] if len(self._journal) > self._kept else []
-        both = next((command.merged_with(e.command, before) for e in last if e.ending is Ending.DONE), None)
-        if both is not None:
-            self._journal.pop()
-        return both or command
 
     def _begin(self, task: AbstractTask, basis: int) -> None:
         if self._task is not None:
@@ -272,7 +264,7 @@ class Worker:
             failure = error
         self._put(partial(self._end, task, basis, time.monotonic() - begin, result, failure))
 
-    def _put(self, work: Callable[[], None]) -> None:
+    def _put(self, work: Callable[[], object]) -> None:
         """Have the worker's thread do this, after what was asked for before."""
         with self._changed:
             self._queue.append(work)
@@ -293,7 +285,9 @@ class Worker:
         """
         is_chore = isinstance(task, AbstractChore)
         if not is_chore and failure is None:
-            failure = Cancelled() if self._cancel.is_set() else None
+            if self._cancel.is_set():
+                kept = task.stopped(result)
+                task, failure = (task, Cancelled()) if kept is None else (kept, None)
             if failure is None and self._session.drag is not None:
                 self._waiting = partial(self._end, task, basis, seconds, result, failure)
                 return

@@ -27,7 +27,7 @@ def filed(folder, name, shots, *, mounted="world", free="false", cameras=1, soli
         "joints.csv": shots.joints(),
         "camera.toml": virtual.camera_toml(cameras, mounted=mounted, free=free, k=k),
         "target.toml": target or virtual.target_toml(other, solids),
-        "robot.toml": virtual.Arm(np.array(virtual.ARMS[name], float)).toml(name),
+        "robot.toml": virtual.robot_toml(name),
     }
     for file, text in files.items():
         (folder / file).write_text(text)

@@ -17,7 +17,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_urdf
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 
@@ -46,7 +46,7 @@ def folder(shots, tmp_path):
 @pytest.fixture(scope="module")
 def hobby(tmp_path_factory):
     path = tmp_path_factory.mktemp("hobby") / "hobby.toml"
-    path.write_text(virtual.Arm(np.array(virtual.ARMS["hobby"], float)).toml("hobby"))
+    path.write_text(virtual.robot_toml("hobby"))
     return read_toml(path)
 
 

@@ -217,7 +217,7 @@ def _of_recordings(folder: Path) -> dict[str, tuple[str, str | bytes, Read]]:
     from workbench.session.journal import codec
     from workbench.session.journal.folder import begin
     from workbench.session.journal.reader import JOURNAL, read_recording
-    from workbench.session.journal.restore import restore
+    from workbench.session.journal.replay import restore
 
     begun = begin(arm("aria"), wb.load_plate("table2"), folder=folder / "recording")
     worker = Worker(begun.session, keepers=begun.keepers)

@@ -15,6 +15,7 @@ from board_on_tool import CAMERA, DOT, LENS, SIZE, TARGET, paper, pose
 from camera_arms import look
 from documented_commands import run_lines
 from rendered_boards import render
+from round_trip import write_table
 from servo_arm import NAMES, ServoArm, poses
 
 import workbench as wb
@@ -28,23 +29,13 @@ BOARD = pose([-0.0375, -0.0525, 0.06], [0.0, 0.0, 0.0])
 MIDDLE = np.array([0.0375, 0.0525, 0.0, 1.0])
 
 
-def sights(arm, q):
-    """Poses of the board in the camera."""
-    return np.linalg.inv(EYE) @ poses(q, stiffness=arm.stiffness) @ BOARD
-
-
-@pytest.fixture(scope="module")
-def arm():
-    return ServoArm(11)
-
-
 @pytest.fixture
-def here(arm, tmp_path):
+def here(tmp_path):
     """`pictures/`, `counts.csv`, `poses.csv`, `follower.json`, `camera.toml` and `target.toml`."""
-    rng = np.random.default_rng(1)
+    arm, rng = ServoArm(11), np.random.default_rng(1)
     (tmp_path / "pictures").mkdir()
     q = arm.drawn(900, 4)
-    at = sights(arm, q)
+    at = np.linalg.inv(EYE) @ poses(q, stiffness=arm.stiffness) @ BOARD
     middle = at @ MIDDLE
     spot = np.abs(middle[:, :2] / middle[:, 2:3]) * LENS[:2]
     near = (middle[:, 2] > 0.15) & (middle[:, 2] < 0.5) & (spot < [150, 110]).all(1) & (at[:, 2, 2] > 0.7)
@@ -56,21 +47,11 @@ def here(arm, tmp_path):
         cv2.imwrite(str(tmp_path / "pictures" / f"{k}.png"), picture)
     counts = arm.counts(q[chosen])
     head = ",".join(f"{name}[counts]" for name in NAMES)
-    lines = [
-        f"image,{head}",
-        *(f"{k}.png,{','.join(map(str, row))}" for k, row in enumerate(counts.tolist())),
-    ]
-    (tmp_path / "counts.csv").write_text("\n".join(lines))
-    frames = [wb.Frame.from_pose(target) for target in at[chosen]]
-    numbers = [
-        [*row, *frame.xyz.tolist(), *frame.rpy.tolist()]
-        for row, frame in zip(counts.tolist(), frames, strict=True)
-    ]
-    lines = [
-        f"{head},x[m],y[m],z[m],roll[rad],pitch[rad],yaw[rad]",
-        *(",".join(map(repr, row)) for row in numbers),
-    ]
-    (tmp_path / "poses.csv").write_text("\n".join(lines))
+    rows = ([f"{k}.png", *row] for k, row in enumerate(counts))
+    write_table(tmp_path / "counts.csv", f"image,{head}", rows)
+    frames = map(wb.Frame.from_pose, at[chosen])
+    rows = ([*row, *frame.xyz, *frame.rpy] for row, frame in zip(counts, frames, strict=True))
+    write_table(tmp_path / "poses.csv", f"{head},x[m],y[m],z[m],roll[rad],pitch[rad],yaw[rad]", rows)
     entry = {"drive_mode": 0, "homing_offset": 100, "range_min": 800, "range_max": 3295}
     table = {name: {"id": k, **entry} for k, name in enumerate((*NAMES, "gripper"), 1)}
     (tmp_path / "follower.json").write_text(json.dumps(table))

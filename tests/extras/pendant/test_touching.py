@@ -1,6 +1,5 @@
 """A user with a pointed tool: its tip, its axes, and frames of tables and fixtures, from joints alone."""
 
-import json
 import tomllib
 from dataclasses import replace
 from functools import cache
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 from displays import hidden, poses, random_joints
 from refusals import mentions
-from round_trip import angle, inverse, placed, read_arm, rows_of
+from round_trip import angle, inverse, placed, read_arm, rows_of, write_table
 from scipy.spatial.transform import Rotation
 
 import workbench as wb
@@ -56,12 +55,8 @@ def solved(arm: Path, place, seed: int, turn, tilt: float) -> np.ndarray:
 
 def table(q, contact=None, path: str = "touches.csv") -> Path:
     head = [f"q{k + 1}[deg]" for k in range(len(q[0]))] + (["contact"] if contact else [])
-    rows = [
-        [*(f"{v:.6f}" for v in np.rad2deg(row))] + ([contact[k]] if contact else [])
-        for k, row in enumerate(q)
-    ]
-    Path(path).write_text("\n".join(",".join(row) for row in [head, *rows]) + "\n")
-    return Path(path)
+    rows = ([*np.rad2deg(row).round(6), *([contact[k]] if contact else [])] for k, row in enumerate(q))
+    return write_table(path, head, rows)
 
 
 def pivot(arm, count: int, *, seed: int = 1, noise: float = NOISE) -> list[np.ndarray]:
@@ -70,15 +65,14 @@ def pivot(arm, count: int, *, seed: int = 1, noise: float = NOISE) -> list[np.nd
 
 
 @pytest.mark.parametrize("again", [0, 3])
-def test_six_touches_of_a_nail_give_the_tip(run, arm, again):
+def test_six_touches_of_a_nail_give_the_tip(told, arm, again):
     """The first is recorded four times, the encoders read to 0.001°: it is one touch."""
     q = pivot(arm, 6)
     table([*q, *(q[0] + 1e-5 * k for k in range(1, 1 + again))])
     Path("touches.csv").write_text(Path("touches.csv").read_text().replace("q", "Motor "))
-    files = ("--columns", "q[deg]", "--save", "with_tool.toml", "--json", "tip.json")
-    status, out, _ = run("tcp", "touches.csv", "--robot", arm, *files)
-    found = json.loads(Path("tip.json").read_text())
-    assert (status, found["message"] in " ".join(out.split()), found["reading"]) == (0, True, "as given")
+    options = ("--columns", "q[deg]", "--save", "with_tool.toml")
+    found, out = told("tcp", "touches.csv", "--robot", arm, *options)
+    assert (found["message"] in " ".join(out.split()), found["reading"]) == (True, "as given")
     off = np.abs(np.array(found["xyz"]) - TIP)
     assert (off < 2.0 * np.array(found["half_width"])).all()
     assert (max(found["half_width"]) < 3e-4, len(found["touches"])) == (True, 6)
@@ -120,12 +114,10 @@ def _jacobian(arm, q):
     return (places[:6] - places[6:]).T / 2e-6
 
 
-def test_the_touch_that_slipped_is_named_and_left_out(run, arm):
+def test_the_touch_that_slipped_is_named_and_left_out(told, arm):
     q = pivot(arm, 6)
     q[3] = tip_at(arm, POINT + np.array([0.0, 0.0015, 0.0]), seed=103)
-    status, out, _ = run("tcp", table(q), "--robot", arm, "--json", "tip.json")
-    found = json.loads(Path("tip.json").read_text())
-    assert status == 0
+    found, out = told("tcp", table(q), "--robot", arm)
     assert [t["row"] for t in found["touches"] if t["slipped"]] == [3]
     assert mentions(out, "touch 4")
     assert np.abs(np.array(found["xyz"]) - TIP).max() < 2e-4
@@ -155,19 +147,17 @@ def test_touches_that_give_no_tip_say_why(run, arm, q, text, status):
     assert not Path("tool.toml").exists()
 
 
-def test_what_is_asked_for_decides_and_says_how_many_more(run, arm):
+def test_what_is_asked_for_decides_and_says_how_many_more(run, told, arm):
     table(pivot(arm, 5, noise=2e-4))
-    status, _, err = run("tcp", "touches.csv", "--robot", arm, "--wanted", "0.1mm", "--json", "tip.json")
-    found = json.loads(Path("tip.json").read_text())
-    assert status == 2
-    assert f"add {found['more']} touches" in err or "tilt the tool more" in err
+    found, said = told("tcp", "touches.csv", "--robot", arm, "--wanted", "0.1mm", status=2)
+    assert f"add {found['more']} touches" in said or "tilt the tool more" in said
     assert run("tcp", "touches.csv", "--robot", arm, "--wanted", "0mm")[0] == 64
     assert run("tcp", "touches.csv", "--robot", "iiwa7")[0] == 1
     status, _, err = run("tcp", table(pivot(arm, 4), ["a", "b", "a", "b"]), "--robot", arm)
     assert (status, mentions(err, "of 2 points")) == (1, True)
     q = [*pivot(arm, 3), *(tip_at(arm, POINT + 0.02, seed=seed) for seed in (7, 8, 9))]
-    assert run("tcp", table(q, [*"aaabbb"]), "--robot", arm, "--json", "tip.json")[0] == 0
-    assert np.abs(np.array(json.loads(Path("tip.json").read_text())["xyz"]) - TIP).max() < 2e-4
+    found, _ = told("tcp", table(q, [*"aaabbb"]), "--robot", arm)
+    assert np.abs(np.array(found["xyz"]) - TIP).max() < 2e-4
 
 
 # Frames -------------------------------------------------------------------------------------------------
@@ -207,12 +197,11 @@ METHODS = {
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_frame_from_touches(run, arm, pointer, method):
+def test_a_frame_from_touches(told, arm, pointer, method):
     names, places = METHODS[method]
     table(touched(arm, places), names)
-    options = ("--save", "frame.toml", "--json", "frame.json")
-    assert run("frame", "touches.csv", "--robot", pointer, *options)[0] == 0
-    pose, found = frame_of(Path("frame.toml")), json.loads(Path("frame.json").read_text())
+    found, _ = told("frame", "touches.csv", "--robot", pointer, "--save", "frame.toml")
+    pose = frame_of(Path("frame.toml"))
     assert np.linalg.norm(pose[:3, 3] - FRAME[:3, 3]) < 2e-4
     assert angle(pose[None], FRAME[None])[0] < 1e-3
     assert (found["half_width"][0] is not None) == (method == "three points, more")
@@ -227,11 +216,11 @@ def drawing() -> str:
     return "cad.csv"
 
 
-def test_a_fixture_by_the_points_of_its_drawing(run, arm, pointer):
+def test_a_fixture_by_the_points_of_its_drawing(told, arm, pointer):
     table(touched(arm, CAD.values()), list(CAD))
-    options = ("--cad", drawing(), "--save", "frame.toml", "--json", "frame.json")
-    assert run("frame", "touches.csv", "--robot", pointer, *options)[0] == 0
-    pose, found = frame_of(Path("frame.toml")), json.loads(Path("frame.json").read_text())
+    options = ("--cad", drawing(), "--save", "frame.toml")
+    found, _ = told("frame", "touches.csv", "--robot", pointer, *options)
+    pose = frame_of(Path("frame.toml"))
     local = inverse(pose) @ FRAME
     twist = np.abs([*local[:3, 3], *Rotation.from_matrix(local[:3, :3]).as_rotvec()])
     assert (twist < 2.0 * np.array(found["half_width"])).all()
@@ -242,13 +231,13 @@ def test_a_fixture_by_the_points_of_its_drawing(run, arm, pointer):
     assert [t["error"] for t in found["touches"]] == pytest.approx(distance, abs=1e-6)
 
 
-def test_a_point_that_slipped_is_left_out_two_exchanged_and_other_units_are_refused(run, arm, pointer):
+def test_a_point_that_slipped_is_left_out_two_exchanged_and_other_units_are_refused(run, told, arm, pointer):
     places = [*CAD.values(), *CAD.values()]
     q = touched(arm, places)
     q[6] = touched(arm, [[0.2, 0.003, 0.0]])[0]
     table(q, list(CAD) * 2)
-    assert run("frame", "touches.csv", "--robot", pointer, "--cad", drawing(), "--json", "frame.json")[0] == 0
-    assert [t["row"] for t in json.loads(Path("frame.json").read_text())["touches"] if t["slipped"]] == [6]
+    found, _ = told("frame", "touches.csv", "--robot", pointer, "--cad", drawing())
+    assert [t["row"] for t in found["touches"] if t["slipped"]] == [6]
     table(touched(arm, CAD.values()), ["A", "C", "B", "D", "E"])
     assert run("frame", "touches.csv", "--robot", pointer, "--cad", drawing())[0] == 2
     table(touched(arm, CAD.values()), list(CAD))

@@ -1,6 +1,5 @@
 """Informative poses: within limits, never worse, the same for a seed; the commands that choose them."""
 
-import json
 import re
 
 import numpy as np
@@ -39,12 +38,10 @@ def test_gradient_of_an_index_by_the_joint_positions(aria):
         assert difference == pytest.approx((slope * direction).sum(), rel=1e-4)
 
 
-def test_poses_with_limits(run, tmp_path):
+def test_poses_with_limits(run, told, tmp_path):
     options = ("--region", "table2", "--margin", "5deg")
-    more = ("--unknown", "base", "--out", "q.csv", "--json", "q.json")
-    status, _, _ = run("poses", "--robot", "aria", "--number", "8", *options, *more)
-    assert status == 0
-    found = json.loads((tmp_path / "q.json").read_text())
+    more = ("--unknown", "base", "--out", "q.csv")
+    found, _ = told("poses", "--robot", "aria", "--number", "8", *options, *more)
     assert found["index"]["after"] >= found["index"]["before"]
     assert np.allclose(read_trajectory(tmp_path / "q.csv", joints=6).q, found["poses"])
     assert run("poses", "--robot", "aria", "--number", "5", "--from", "q.csv", "--out", "5.csv")[0] == 0
@@ -72,15 +69,11 @@ def test_bad_input(refused, options, message):
     refused([message], "poses", "--robot", "aria", "--number", "8", *options, status=status)
 
 
-def test_clusters_as_a_plate(run, tmp_path):
-    options = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml", "--json", "c.json")
-    status, out, _ = run("plate", "cluster", *options)
-    assert status == 0
+def test_clusters_as_a_plate(told):
+    options = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml")
+    found, out = told("plate", "cluster", *options)
     assert mentions(out, "joint 1")
-    found = json.loads((tmp_path / "c.json").read_text())
     assert (found["best"]["rank"], found["turned"]["rank"]) == (24, 6)
     assert len(set(found["best"]["cubes"])) == 10
-    status, _, _ = run("plate", "score", "c.toml", "--robot", "aria", "--json", "s.json")
-    assert status == 0
-    scored = json.loads((tmp_path / "s.json").read_text())
+    scored, _ = told("plate", "score", "c.toml", "--robot", "aria")
     assert scored["set"]["stacked_ratio"] == pytest.approx(found["best"]["stacked_ratio"], rel=1e-5)

@@ -1,6 +1,5 @@
 """Virtual arms on a plate: against predictions, here and on a cluster, as a command and on the page."""
 
-import json
 import multiprocessing
 import os
 import signal
@@ -152,12 +151,10 @@ def test_what_can_not_be_tried(aria, plate):
 
 
 @pytest.mark.slow
-def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria, monkeypatch):
+def test_an_optimised_plate_calibrates_arms_better_than_table_2(told, tmp_path, aria, monkeypatch):
     """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
-    options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
-    status, *_ = run(*options, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
-    assert status == 0
-    best = json.loads((tmp_path / "best.json").read_text())
+    options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
+    best, _ = told(*options, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
     assert best["schema"] == "workbench.plate-design/1"
     predicted = best["predicted"]
     assert predicted["given_position_rms_mm"] / predicted["position_rms_mm"] > 1.1
@@ -172,13 +169,10 @@ def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, a
     assert table2 / optimised > 1.1
 
 
-def test_yield_of_table_2(run, refused, tmp_path):
-    options = ("plate", "yield", "table2", "--robot", "aria", "--arms", "60", "--json", "yield.json")
+def test_yield_of_table_2(told, refused):
     how = ("--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60")
-    status, out, _ = run(*options, *how)
-    assert status == 0
+    found, out = told("plate", "yield", "table2", "--robot", "aria", "--arms", "60", *how)
     assert mentions(out, "100.0 % of 60 virtual arms meet")
-    found = json.loads((tmp_path / "yield.json").read_text())
     assert (found["schema"], found["arms"], found["share"]) == ("workbench.plate-yield/1", 60, 1.0)
     assert set(found["sources"]) == {"instrument", "manufacture", "joint readings"}
     refused(["arms", "got 0"], "plate", "yield", "table2", "--robot", "aria", "--arms", "0", status=64)

@@ -1,7 +1,6 @@
 """Verification on fresh poses: AP and RP by hand, intervals, what the calibration used, pass or fail."""
 
 import csv
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -79,6 +78,8 @@ def test_poses_of_the_calibration_are_left_out(arm):
     assert len(found.pose) == 70
     jaw = replace(fresh, q=np.insert(fresh.q, fresh.joints, np.linspace(0.0, 0.4, 70), axis=1))
     assert wb.verify(calibrated, jaw).position == found.position
+    exchanged = replace(fresh.joined(rows), q=fresh.joined(rows).q[:, [0, 1, 2, 4, 3, 5]])
+    assert wb.verify(calibrated, exchanged, reading="found").position == found.position
     assert mentions(found.warnings[0], "30 rows")
     with pytest.raises(DataError, match="used"):
         wb.verify(calibrated, rows)
@@ -91,9 +92,8 @@ def test_rows_tell_units_that_a_file_lacks(arm, tmp_path):
     numbers = np.column_stack([np.rad2deg(fresh.q), 1e3 * fresh.position])
     np.savetxt(tmp_path / "r.csv", numbers, delimiter=",", header="q1,q2,q3,q4,q5,q6,x,y,z", comments="")
     bare, told = wb.read_measurements(tmp_path / "r.csv"), wb.Dataset(fresh.q, fresh.position)
-    (seen, known), (moved, same) = (
-        [do(calibrated, d) for d in (bare, told)] for do in (wb.verify, wb.rezero)
-    )
+    found = ([do(calibrated, d) for d in (bare, told)] for do in (wb.verify, wb.rezero))
+    (seen, known), (moved, same) = found
     assert seen.evaluation.errors.position == pytest.approx(known.evaluation.errors.position, abs=1e-7)
     assert [s.shift for s in moved.shifts] == pytest.approx([s.shift for s in same.shifts], abs=1e-6)
 
@@ -104,7 +104,7 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
     twice = fresh.take(np.r_[np.arange(len(fresh)), [3, 7]])
     found = wb.verify(calibrated, twice)
     assert (len(found.pose), found.repeated) == (len(fresh), ())
-    assert any("2 duplicate rows" in text for text in found.warnings)
+    assert any("2 duplicate rows" in text for text in found.evaluation.notes)
     exclude = np.arange(len(twice)) == 3
     found = wb.verify(calibrated, replace(twice, exclude=exclude, row=np.arange(len(twice))))
     assert found.evaluation.data.row.tolist() == [*range(3), *range(4, 71)]
@@ -155,26 +155,23 @@ def test_limits_per_axis_are_judged_axis_by_axis(arm):
 # -- points and inclinometers in one table --------------------------------------------------------
 
 
-def test_the_measured_positions_alone_are_judged(run, tmp_path):
+def test_the_measured_positions_alone_are_judged(run, told, tmp_path):
     """Ten points, whatever 30 inclinometer rows say."""
     q, xyz, _ = write_mixed(tmp_path)
     off = 1e3 * np.linalg.norm(points(DH, q) - xyz, axis=1)[:10]
-    options = ("verify", "mixed.csv", "--robot", "arm.toml", "--json", "r.json")
-    status, out, err = run(*options, "--wanted", f"{1.01 * off.max()}mm,0.5deg")
-    assert status == 0, err
+    options = ("verify", "mixed.csv", "--robot", "arm.toml")
+    found, out = told(*options, "--wanted", f"{1.01 * off.max()}mm,0.5deg")
     assert mentions(out, "Passed", "10 of 40", "0 of 10 rows have a measured orientation")
-    found = json.loads((tmp_path / "r.json").read_text())
     assert (found["rows"], found["poses"], found["reading"]) == (10, 10, "as given")
     assert found["errors"]["position_mm"]["mean"] == pytest.approx(off.mean(), rel=1e-6)
     assert found["errors"]["orientation_deg"] is None
     assert found["intervals"]["orientation_deg"] is None
     low, high = found["intervals"]["position_mm"]["mean"]
     assert off.min() < low < off.mean() < high < off.max()
-    status, _, err = run(*options, "--wanted", f"{0.99 * off.max()}mm")
-    assert status == 2
-    assert mentions(err, "Failed: 1 of 10")
+    found, said = told(*options, "--wanted", f"{0.99 * off.max()}mm", status=2)
+    assert mentions(said, "Failed: 1 of 10")
+    assert found["failed_rows"] == [int(off.argmax())]
     assert run(*options, "--wanted", "3")[0] == 64
-    assert json.loads((tmp_path / "r.json").read_text())["failed_rows"] == [int(off.argmax())]
     data = wb.read_measurements("mixed.csv").take(np.arange(12, 40))
     with pytest.raises(DataError):
         wb.verify("arm.toml", data, wanted=1.0)

@@ -30,11 +30,6 @@ def plate_of(*places, kinds=("seat",), size=(0.3, 0.2, 0.015), lean=(0.1, -0.05,
     )
 
 
-@pytest.fixture(scope="session", name="plate_of")
-def _plate_of():
-    return plate_of
-
-
 @pytest.fixture(scope="session")
 def mixed():
     return plate_of(

@@ -1,6 +1,5 @@
 """Targets round-trip exactly; a measured plate replaces the drawn one and says so."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -91,7 +90,7 @@ def test_mistakes_are_named(text, message, tmp_path):
     assert all(word in str(error.value) for word in message), str(error.value)
 
 
-def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
+def test_a_plate_is_made_and_comes_back_as_measured(run, told, tmp_path):
     """The nominal list, moved by 0.1 mm, is what the measuring machine says; every --plate takes it."""
     status, out, _ = run("plate", "export", "table2", "--out", "made", "--formats", "csv,dxf")
     assert status == 0
@@ -100,12 +99,9 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     moved = [line.split(",") for line in lines[1:]]
     text = [",".join([n, str(float(x) + 0.1), *rest]) for n, x, *rest in moved]
     (tmp_path / "cmm.csv").write_text("\n".join([lines[0], *text]))
-    status, out, _ = run(
-        "plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml", "--json", "m.json"
-    )
-    assert status == 0
+    found, out = told("plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml")
     assert mentions(out, "0.100 mm")
-    found, real = json.loads((tmp_path / "m.json").read_text()), load_plate(tmp_path / "real.toml")
+    real = load_plate(tmp_path / "real.toml")
     assert np.allclose([t["xyz"] for t in found["targets"]], [t.xyz for t in real.targets])
     options = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--out", "rows.csv")
     assert run(*options)[0] == 0

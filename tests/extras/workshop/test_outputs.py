@@ -1,7 +1,6 @@
 """A folder with everything to make a plate, from the command and from the page."""
 
 import io
-import json
 import sys
 import zipfile
 from dataclasses import replace
@@ -27,13 +26,11 @@ def small(plate):
     return replace(plate, targets=plate.targets[:1])
 
 
-def test_every_format_is_written(tmp_path, run, small):
+def test_every_format_is_written(tmp_path, told, small):
     write_plate(small, tmp_path / "small.toml")
     (tmp_path / "made").mkdir()
     (tmp_path / "made" / "mine.txt").write_text("stays")
-    status, out, _ = run("plate", "export", "small.toml", "--out", "made", "--json", "made.json")
-    assert status == 0
-    found = json.loads((tmp_path / "made.json").read_text())
+    found, out = told("plate", "export", "small.toml", "--out", "made")
     assert (found["schema"], found["shapes"]) == ("workbench.plate-export/1", {"A": 1})
     assert {*found["files"]} == FILES
     assert mentions(out, "1 × A")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.extras.workshop.conftest import plate_of
 from tests.plate.test_fixture import HALF, rng
 from workbench import load_plate, load_robot, optimise_plate
 from workbench.base import se3
@@ -78,7 +79,7 @@ def test_the_plate_that_an_arm_begins_on_can_be_made(name):
         ([], ("no targets",)),
     ],
 )
-def test_what_cannot_be_made_is_named(places, text, plate_of):
+def test_what_cannot_be_made_is_named(places, text):
     plate = plate_of(*places)
     if text is None:
         assert len(fixture_of(plate).blocks) == len(places)

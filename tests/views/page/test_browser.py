@@ -17,7 +17,7 @@ from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
 from workbench.views.drawables.viewpoint import first_view
-from workbench.views.page.camera import aim
+from workbench.views.page.scene.scene import aim
 
 pytestmark = pytest.mark.browser
 
@@ -35,14 +35,6 @@ def known():
     return json.loads(LOOKS.read_text(encoding="utf-8"))
 
 
-def lines_of(screen, tab: str) -> list[str]:
-    """Lines of the whole page with this tab open."""
-    screen.tab(tab)
-    screen.settle()
-    lines = screen.page.locator("body").inner_text().splitlines()
-    return [line.strip() for line in lines if line.strip() and "WebGL" not in line]
-
-
 def off(now: np.ndarray, then: np.ndarray) -> tuple[float, float]:
     """Mean and greatest distance of two pictures' colours."""
     distance = np.abs(now - then)
@@ -52,7 +44,12 @@ def off(now: np.ndarray, then: np.ndarray) -> tuple[float, float]:
 def test_every_tab_has_words_and_the_scene_looks_as_it_was_kept(look, known):
     """A broken page is noticed."""
     screen = look(new=True)
-    lines = {tab: lines_of(screen, tab) for tab in Tab}
+    lines = {}
+    for tab in Tab:
+        screen.tab(tab)
+        screen.settle()
+        words = screen.page.locator("body").inner_text().splitlines()
+        lines[tab] = [line.strip() for line in words if line.strip() and "WebGL" not in line]
     assert min(map(len, lines.values())) > 12
     assert len({*map(tuple, lines.values())}) == len(Tab)
     said = {word for part in lines.values() for line in part for word in line.lower().split()}

@@ -166,11 +166,11 @@ def test_serve_says_where_and_ends_when_interrupted():
 def test_a_target_held_by_a_program_that_left_without_showing_a_page_is_free_again(server, worker):
     """Viser tells of those alone that sent where their camera is."""
     gizmo = Gizmo(server, worker, worker.session)
-    grab = packed(type="TransformControlsDragStartMessage", name="/handles/arrows", owner="")
+    grab = {"type": "TransformControlsDragStartMessage", "name": "/handles/arrows", "owner": ""}
     owners = set()
     for _ in range(2):
         with dialled(server.get_port()) as socket:
-            socket.send(grab)
+            socket.send(msgspec.msgpack.encode(grab))
             patience = time.monotonic() + 60.0
             while gizmo._dragged is None or gizmo._dragged[1] in owners:
                 assert time.monotonic() < patience
@@ -179,7 +179,3 @@ def test_a_target_held_by_a_program_that_left_without_showing_a_page_is_free_aga
     assert len(owners) == 2
     assert worker.wait(60.0)
     assert worker.session.drag.client == max(owners) + 1
-
-
-def packed(**message: object) -> bytes:
-    return msgspec.msgpack.encode(message)

@@ -20,7 +20,7 @@ from viser.infra._messages import Message
 
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.views.page.app import App
 
 pytestmark = pytest.mark.slow

@@ -11,7 +11,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.undo import Undo
-from workbench.session.journal.entry import Ending, Entry
+from workbench.session.view import Ending, Entry
 from workbench.views.recording.recorder import recorder
 
 

@@ -12,7 +12,7 @@ from workbench.session import Worker
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.views.recording.recorder import parts, recorder
 
 

@@ -72,10 +72,11 @@ def budget_bars(found: Diagnosis) -> Bars:
     each = zip(found.causes, parts.tolist(), strict=True)
     rows = [Bar(capital(c.plain), v, CALIBRATED, SAID.get(c.confidence, c.confidence)) for c, v in each]
     rows += [Bar("Learned correction", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
-    title = f"Parts of the {compared(whole)} mm after geometry, adding in squares"
-    rows.append(Bar("Remaining", left, NOMINAL))
-    has_parts = len(rows) > 1 and np.isfinite(whole)
-    return Bars(rows, title, testid="budget") if has_parts else Bars((), testid="budget")
+    if not rows or not np.isfinite(whole):
+        return Bars((), testid="budget")
+    aside = " without suspects" * bool(len(found.suspects))
+    title = f"Parts of the {compared(whole)} mm after geometry{aside}, adding in squares"
+    return Bars([*rows, Bar("Remaining", left, NOMINAL)], title, testid="budget")
 
 
 def causes(result: Diagnosis) -> Iterator[Block]:
@@ -125,9 +126,8 @@ def next_poses(result: Diagnosis) -> Iterator[Block]:
     """Joint positions of poses to measure next, and what each would determine."""
     if not result.worth_measuring:
         return
-    q = shown_joints(result.calibrated, result.measure_next)
-    reasons = [reason.sentence for reason in result.next_reasons] or [""] * len(q)
-    each = enumerate(zip(q, reasons, strict=True), 1)
+    reasons = [reason.sentence for reason in result.next_reasons] or [""] * len(result.measure_next)
+    each = enumerate(zip(shown_joints(result.calibrated, result.measure_next), reasons, strict=True), 1)
     rows = [(str(k), reason, *(signed(v, 1) for v in joints)) for k, (joints, reason) in each]
     joints = (f"q{j}\n[{unit.strip()}]" for j, unit in enumerate(shown_units(result.calibrated), 1))
     yield ResultTable("Measure next", ("pose", "what it determines", *joints), rows, words=2)

@@ -26,9 +26,9 @@ from workbench.base.progress import progress
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.page_state import Severity
+from workbench.session.view import Moment
 from workbench.views.recording.canvas import STEP, Canvas
 from workbench.views.recording.contents import MomentDrawing
-from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
 

@@ -14,13 +14,12 @@ def verify(
     robot: opt.RobotOption,
     files: opt.FileOptions,
     wanted: opt.WantedOption = None,
-    frames: Annotated[
-        str, option("given: fit nothing; fit: fit base and tool, if the instrument was moved.")
-    ] = "given",
+    frames: Annotated[str, option("given; fit: base and tool first, if the instrument moved.")] = "given",
+    reading: opt.ReadingOption = "auto",
 ) -> None:
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, pass or fail."""
-    arm, fit_frames = wb.load_robot(robot), opt.fits_frames(frames)
-    found = wb.verify(arm, files.read(data, arm), wanted=wanted, fit_frames=fit_frames)
+    arm, fits = wb.load_robot(robot), opt.fits_frames(frames)
+    found = wb.verify(arm, files.read(data, arm), wanted=wanted, fit_frames=fits, reading=reading)
     opt.give(found, found.verdict if found.passed is False or found.evaluation.foreign else "")
 
 

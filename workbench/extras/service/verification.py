@@ -31,7 +31,6 @@ from workbench.base.wording import first_of, plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.arguments import DatasetLike, RobotLike, WantedLike
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import repeated_rows
 from workbench.data.postures import pose_units
 from workbench.data.prediction import predict, row_components
 from workbench.identification.evaluate import evaluate
@@ -186,7 +185,12 @@ REPEATED = ResultFields(
 @checked_arguments()
 @one_thread()
 def verify(
-    robot: RobotLike, data: DatasetLike, *, wanted: WantedLike | None = None, fit_frames: bool = False
+    robot: RobotLike,
+    data: DatasetLike,
+    *,
+    wanted: WantedLike | None = None,
+    fit_frames: bool = False,
+    reading: str = "auto",
 ) -> Verification:
     """Errors of a calibrated arm on fresh poses, with intervals; AP and RP where poses repeat.
 
@@ -196,11 +200,12 @@ def verify(
             file, rows that the file excludes, and rows without a measured position are left out.
         wanted: What every row has to keep; a number is a position error [m].
         fit_frames: Whether base and tool are fitted first, as of `evaluate`: the instrument was moved.
+        reading: What rows mean that fit far better in another reading, as in `FitChoices`.
 
     Raises:
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
-    robot, data, rival = as_read(robot, data, takes_rival=True)
+    robot, data, rival = as_read(robot, data, reading, keeps_arm=True, takes_rival=True)
     robot.check_joints(data.q, data.source)
     data, warnings = _fresh(robot, data)
     found = evaluate(robot, data, fit_frames=fit_frames, reading="given")
@@ -224,11 +229,10 @@ def verify(
         rows = f"{turned.sum()} of {plural(len(turned), 'row')}"
         warnings.append(f"{rows} have a measured orientation; its limit is evaluated on those alone")
         wanted = wanted if turned.any() else replace(wanted, rotation=None)
-    angles = (found.errors.rotation[turned], group[turned], rng)
     return Verification(
         evaluation=found,
         position=mean_interval(found.errors.position, group, rng),
-        rotation=mean_interval(*angles) if turned.any() else None,
+        rotation=mean_interval(found.errors.rotation[turned], group[turned], rng) if turned.any() else None,
         repeated=_repeated(found, pose),
         pose=pose,
         wanted=wanted,
@@ -237,20 +241,15 @@ def verify(
 
 
 def _fresh(robot: Robot, data: Dataset) -> tuple[Dataset, list[str]]:
-    """Rows that the calibration did not use and that copy no other, and sentences on the others."""
+    """Rows that the calibration did not use and sentences on the others."""
     data = data.take(data.included)
-    old = np.zeros(len(data), bool) if robot.calibration is None else robot.calibration.used(data.q)
-    if old.any() and old.all():
+    if robot.calibration is None:
+        return data, ["the robot's file records no poses of its calibration; measure others"]
+    if (old := robot.calibration.used(data.q)).any() and old.all():
         used = "every row was used for the calibration; measure other poses to verify it"
         raise DataError(f"{data.source}: {used}")
-    data = data.take(~old)
-    copies = [again for _, again in repeated_rows(data)]
-    warnings = (
-        (robot.calibration is None, "the robot's file records no poses of its calibration; measure others"),
-        (old.any(), f"{plural(int(old.sum()), 'row')} left out: the calibration used the same joints"),
-        (copies, f"{plural(len(copies), 'duplicate row')} ignored"),
-    )
-    return data.take(np.delete(np.arange(len(data)), copies)), [text for applies, text in warnings if applies]
+    left = f"{plural(int(old.sum()), 'row')} left out: the calibration used the same joints"
+    return data.take(~old), [left] * bool(old.any())
 
 
 def _repeated(found: Evaluation, pose: Int[np.ndarray, " rows"]) -> tuple[RepeatedPose, ...]:

@@ -21,6 +21,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.advice import beside
+from workbench.base.progress import check_cancelled
 from workbench.base.remedy import remedy
 from workbench.base.wording import in_mm, ranges
 from workbench.data.dataset import Dataset
@@ -76,6 +77,7 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     prior = prior._replace(jacobian=prior.jacobian[:, np.isin(fit.problem.names, problem.names)])
     frames = np.array([re.split(r"[.[]", name)[0] in ("base", "tool") for name in problem.names])
     for heading, cells in columns.items():
+        check_cancelled()
         rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
         rows = {value: own[np.unique(posture[own], return_index=True)[1]] for value, own in rows.items()}
         rows = {value: own[:: 1 + len(own) // MANY] for value, own in rows.items() if len(own) >= MIN_PART}
@@ -84,15 +86,13 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
         parts = np.array([np.isin(problem.component_rows, own) for own in rows.values()])
         used = parts.any(0) & (problem.inverse_sigma > 0.0)
         known = LinearisedProblem(residual[used], jacobian[used]), prior, parts[:, used]
-        kinds = np.array([frames & False, frames, frames | True])
-        together, moved, apart = (_predicted(*known, own) for own in kinds)
+        together, moved, apart = (_predicted(*known, own) for own in (frames & False, frames, frames | True))
         is_moved = moved @ moved < ALIKE**2 * (apart @ apart)
         best = moved if is_moved else apart
         if best @ best > PARTED**2 * (together @ together):
             continue
         sizes = [np.sqrt(np.mean(np.square(off))) for off in (*(best[p] for p in parts[:, used]), together)]
-        each = zip(rows, sizes, strict=False)
-        shares = [f"{value or 'blank'} {size / sizes[-1]:.0%}" for value, size in each]
+        shares = [f"{v or 'blank'} {size / sizes[-1]:.0%}" for v, size in zip(rows, sizes, strict=False)]
         said = remedy(f"give columns='session={heading}' (--columns)", page=f"{CHOOSE_ON_PAGE}: session")
         own = "a base and tool" if is_moved else "constants"
         return (

@@ -155,15 +155,15 @@ class AbstractValidation:
         """Errors on the held-out rows; on the fitted ones if there are none."""
         return self.held_out or self.train
 
+    def without(self, suspects: Bool[np.ndarray, " held"]) -> Errors:
+        """Errors on the other held-out rows; on the fitted ones if there are none."""
+        return self.held_out.take(~suspects) or self.train
+
 
 @final
 @dataclass(frozen=True, eq=False)
 class Validation(AbstractValidation):
     """Errors of one model."""
-
-    def without(self, suspects: Bool[np.ndarray, " held"]) -> Errors:
-        """Errors on the other held-out rows; on the fitted ones if there are none."""
-        return self.held_out.take(~suspects) or self.train
 
 
 SUSPICIOUS_SHARE_OF_NOMINAL = 0.7

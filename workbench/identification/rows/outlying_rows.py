@@ -122,7 +122,7 @@ def row_sizes(
     for block, piece in problem.pieces(x):
         rows = slice(block.start, block.stop)
         residual[rows] = piece.residual
-        whitened = blas.dtrmm(1.0, root, piece.jacobian.T, trans_a=1, lower=1, overwrite_b=1)
+        whitened = blas.dtrmm(1.0, root, piece.jacobian.T, trans_a=1, lower=1)
         leverage = np.einsum("pm,pm->m", whitened, whitened)
         mine = fitted[problem.component_rows[rows]]
         room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)

@@ -35,7 +35,6 @@ class AbstractSplit:
     Args:
         train_rows: Rows to fit, indices into the data.
         held_out_rows: Rows that were held out, indices into the data; those from another file have none.
-        held_out_data: The held-out rows.
         excluded: Excluded rows, with the reason.
     """
 
@@ -64,9 +63,10 @@ def marked(data: Dataset) -> Excluded:
 
 def as_marked(split: Split, data: Dataset, part: str = "held_out") -> Split:
     """The rows with a part of them, those held out or "train", as they are here, without those that are
-    marked as excluded; such ones of the same file are listed."""
-    keep, rows = data.included, getattr(split, f"{part}_rows")
-    fewer: dict[str, Any] = {f"{part}_data": data.take(keep)}
+    marked as excluded, and what is noted of them; such ones of the same file are listed."""
+    keep, rows, before = data.included, getattr(split, f"{part}_rows"), getattr(split, f"{part}_data")
+    new = [note for note in data.notes if note not in before.notes]
+    fewer: dict[str, Any] = {f"{part}_data": data.take(keep), "notes": (*split.notes, *new)}
     if not keep.all() and len(rows) == len(data):
         fewer |= {f"{part}_rows": rows[keep], "excluded": (*split.excluded, *marked(data))}
     return replace(split, **fewer)

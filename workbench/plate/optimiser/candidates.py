@@ -246,8 +246,6 @@ class Neighbours:
 
 BLOCKS_PER_CHECK = 50
 """Number of blocks solved between two checks of `cancelled`."""
-
-
 BlockSolutions = tuple[Int[np.ndarray, " rows"], Places, Float[np.ndarray, "rows n"], np.ndarray]
 """Of each posture: the number of its block, that block, joint positions [rad or m], and its branch's name."""
 

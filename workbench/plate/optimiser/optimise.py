@@ -9,6 +9,7 @@ then polished (`search`). The given plate is one of the starts.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -29,9 +30,8 @@ POOL_BLOCKS = 1500
 """Random blocks in the pool."""
 STARTS = 3
 """Exchanges from different starts."""
-POOL_SHARE, EXCHANGE_SHARE = 0.6, 0.2
-"""Of the work: the pool, and the exchange after it."""
-LACKING = "the given plate does not keep all constraints"
+POOL_SHARE, EXCHANGE_SHARE = 0.5, 0.1
+"""Of the work: the pool, and the exchange after it; the rest polishes."""
 
 
 def optimise(
@@ -64,12 +64,14 @@ def optimise(
             first = filling.fill(number, kept if i == 1 else ())
             if len(first) == number:
                 found = near.pool.take(exchange.descend(first).choice)
-                check_cancelled()
                 if best is None or search.cost(found.rows) < search.cost(best.rows):
                     best = found
+            check_cancelled()
             progress(POOL_SHARE + EXCHANGE_SHARE * (i + 1) / starts, "looking for better targets")
         if best is not None:
-            best = search.polish(best, len(locked))
+            with part_of(begun := POOL_SHARE + EXCHANGE_SHARE, 1.0 - begun):
+                best = search.polish(best, len(locked))
+            check_cancelled()
     except Cancelled:
         outcome = Outcome.CANCELLED
         if best is None:
@@ -78,30 +80,29 @@ def optimise(
             )
     if best is None:
         raise conflict(plate, number, len(near.pool), missed)
-    progress(1.0, "done")
     order = list(range(len(locked), number))
     for row, slot in enumerate(locked):  # first in the search, now back at their old numbers
         order.insert(min(slot, len(order)), row)
-    notes = (setting.arm.source, *([LACKING] if len(kept) < len(plate) else []))
+    lacks = ["the given plate does not keep all constraints"] * (len(kept) < len(plate))
     chosen = best.take(np.array(order))
-    return describe(setting, chosen, goal=goal, start_cost=start_cost, notes=notes, outcome=outcome)
+    return describe(
+        setting, chosen, goal=goal, start_cost=start_cost, notes=(setting.arm.source, *lacks), outcome=outcome
+    )
 
 
 def _given_error(setting: Setting, goal: Float[np.ndarray, "rows n"], number: int) -> float:
     """Predicted error of the given plate, made alike, in its best branches, collisions or not [m]; infinite
     where it has not so many reachable targets."""
     robot, plate, rng = setting.robot, setting.plate, np.random.default_rng(0)
-    alike = (replace(target, kind=setting.kind, sigma=None, branch=AUTO) for target in plate.targets)
-    plate = replace(plate, targets=tuple(alike))
     if len(plate) != number:
         return np.inf
+    alike = (replace(target, kind=setting.kind, sigma=None, branch=AUTO) for target in plate.targets)
+    plate = replace(plate, targets=tuple(alike))
+    how: dict[str, Any] = {"goal": goal, "rng": rng, "names": setting.names, "sigma": setting.sigma}
     try:
-        solutions = plate_solutions(robot, plate)
+        return choose_branches(robot, plate, plate_solutions(robot, plate), **how).cost
     except DataError:
         return np.inf
-    return choose_branches(
-        robot, plate, solutions, goal=goal, rng=rng, names=setting.names, sigma=setting.sigma
-    ).cost
 
 
 def _given(search: Search, locked: list[int]) -> tuple[Candidates, list[int]]:

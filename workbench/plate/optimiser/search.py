@@ -26,7 +26,7 @@ from jaxtyping import Float
 from workbench.arm.inverse.branch_names import plain_names
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.base.progress import check_cancelled
+from workbench.base.progress import cancelled, progress
 from workbench.plate.exchange import Exchange
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import tool_poses_at
@@ -83,13 +83,15 @@ class Search:
 
     def polish(self, targets: Candidates, locked: int = 0) -> Candidates:
         """Move every target slightly where that lowers the criterion; the first ones are locked."""
-        for step in POLISH_STEP_SIZES:
-            for slot in range(locked, len(targets)):
-                check_cancelled()
-                pool = Candidates.joined(targets, self._variants(targets, slot, step))
-                chosen, near = list(range(len(targets))), Neighbours(self.setting, pool)
-                self.exchange(near).improve(chosen, slot, self.cost(targets.rows))
-                targets = pool.take(np.array(chosen))
+        moves = [(step, slot) for step in POLISH_STEP_SIZES for slot in range(locked, len(targets))]
+        for k, (step, slot) in enumerate(moves):
+            progress(k / len(moves), "moving the targets slightly")
+            if cancelled():
+                break
+            pool = Candidates.joined(targets, self._variants(targets, slot, step))
+            chosen, near = list(range(len(targets))), Neighbours(self.setting, pool)
+            self.exchange(near).improve(chosen, slot, self.cost(targets.rows))
+            targets = pool.take(np.array(chosen))
         return targets
 
     def _variants(self, targets: Candidates, slot: int, step: float) -> Candidates:

@@ -180,7 +180,8 @@ class LoadModel(AbstractTask[Session]):
         names_some = self._is_archive or b"<mesh" in self.content
         if result.robot.urdf is None or not names_some or link_meshes(result.robot):
             return opened
-        return opened.with_message(Severity.INFO, f"{opened.page.messages[-1].text}; {NO_MESHES}")
+        text = "shown without its meshes, which this file lacks; open a ZIP of the URDF with their folder"
+        return opened.with_message(Severity.INFO, f"{opened.page.messages[-1].text}; {text}")
 
     @property
     def _is_archive(self) -> bool:
@@ -207,9 +208,6 @@ def _uploads() -> str:
     folder = tempfile.mkdtemp(prefix="workbench-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
-
-
-NO_MESHES = "shown without its meshes, which this file lacks; open a ZIP of the URDF with their folder"
 
 
 class Jog(AbstractChange):

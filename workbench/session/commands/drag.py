@@ -15,8 +15,13 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.state import Drag, Focus, Session
-from workbench.session.target_postures import branches_to, follow_target, with_branch_name, with_obstacles
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import (
+    TargetState,
+    branches_to,
+    follow_target,
+    with_branch_name,
+    with_obstacles,
+)
 from workbench.session.target_steps import (
     begin_step,
     check_free,

@@ -1,11 +1,12 @@
 """Commands for whole plates: smallest error, trials on virtual arms."""
 
-from dataclasses import replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import DataError, OptionError
+from workbench.base.types import Outcome
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate, Target
 from workbench.report.blocks import Tone
@@ -30,12 +31,14 @@ class ImprovePlate(AbstractTask[FoundPlate]):
 
     Args:
         seed: Of the search.
+        found: The best plate that it had found when it was cancelled; None: it went on to its end.
     """
 
     title = "Improve this plate"
     is_filed = True
 
     seed: int = 0
+    found: Plate | None = field(default=None, repr=False)
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -45,6 +48,8 @@ class ImprovePlate(AbstractTask[FoundPlate]):
     def compute(self, session: Session) -> FoundPlate:
         from workbench.plate.design import optimise_plate
 
+        if self.found is not None:
+            return session.plate, self.found, ""
         noise, judged = session.noise, plate_judgement(session)
         is_bad = judged is not None and judged.tone is Tone.CAREFUL
         is_lacking = not all(state.measurable for state in session.states)
@@ -59,11 +64,15 @@ class ImprovePlate(AbstractTask[FoundPlate]):
             )
         except DataError as error:  # no target keeps what it must
             return session.plate, None, str(error)
-        return session.plate, design.plate, design.narrowed
+        is_other = design.cost < design.start_cost or design.outcome is not Outcome.CANCELLED
+        return session.plate, design.plate if is_other else None, design.narrowed
+
+    def stopped(self, result: FoundPlate) -> "ImprovePlate | None":
+        return None if result[1] is None else replace(self, found=result[1])
 
     def finish(self, session: Session, result: FoundPlate) -> Session:
         (begun, plate, lacks), old = result, session.plate
-        searched = session.updated("history", searched=old)
+        searched = session if self.found else session.updated("history", searched=old)
         if plate is None:
             return searched.with_message(Severity.WARNING, lacks)
         found_for = dict(zip(map(_place, begun.targets), plate.targets, strict=True))
@@ -76,12 +85,14 @@ class ImprovePlate(AbstractTask[FoundPlate]):
         better = place_plate(session, found)
         if not is_better(better.score, session.score):
             beside = " beside the targets that were changed during the search" if is_changed else ""
-            return searched.with_message(Severity.INFO, f"the search found no better plate{beside}")
+            so_far = " before it was cancelled" if self.found else ""
+            return searched.with_message(Severity.INFO, f"the search found no better plate{beside}{so_far}")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
-        text = f"predicted error in the region: {compared(before)} → {compared(now)} mm"
+        text = "the best plate until the search was cancelled: " if self.found else ""
+        text += f"predicted error in the region {compared(before)} → {compared(now)} mm"
         is_moved = (away := 1e3 * float(np.linalg.norm(found.xyz - old.xyz))) > 0.5
         where, little = f"the plate was moved by {away:.0f} mm; " * is_moved, f"; little room: {lacks}"
-        better = better.updated("history", searched=better.plate)
+        better = better if self.found else better.updated("history", searched=better.plate)
         is_shown = session.measurements.loaded is None and not is_moved and not lacks  # by the strip
         severity = Severity.LOG if is_shown else Severity.INFO
         return better.with_message(severity, f"{where}{text}{little if lacks else ''}")

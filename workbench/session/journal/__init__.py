@@ -8,7 +8,7 @@ database that is being written is whole only together with its write-ahead log, 
 lacks the last commands.
 """
 
-from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.replay import replay
+from workbench.session.view import Ending, Entry
 
 __all__ = ["Ending", "Entry", "replay"]

@@ -184,10 +184,14 @@ def _readers(kind: Any) -> dict[str, Read]:
 def _reader(hint: Any) -> Read:
     """How a plain value becomes one of this type."""
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        some = _reader(next(kind for kind in typing.get_args(hint) if kind is not type(None)))
-        return lambda value, load: None if value is None else some(value, load)
+        some, *others = [kind for kind in typing.get_args(hint) if kind is not type(None)]
+        read, plain = _reader(some), (type(None), *others)
+        return lambda value, load: value if isinstance(value, plain) else read(value, load)
     if typing.get_origin(hint) in (tuple, list):
-        return _items_reader(typing.get_args(hint))
+        each = tuple(_reader(kind) for kind in typing.get_args(hint) if kind is not ...)
+        if len(each) == 1:
+            return lambda value, load: tuple(each[0](v, load) for v in value)
+        return lambda value, load: tuple(read(v, load) for read, v in zip(each, value, strict=True))
     if getattr(hint, "array_type", None) is np.ndarray:
         return lambda value, load: frozen(np.array(value, float))
     if hint is bytes:
@@ -197,11 +201,3 @@ def _reader(hint: Any) -> Read:
     if isinstance(hint, type) and issubclass(hint, bool | int | float | str | Enum):
         return lambda value, load: hint(value)
     return lambda value, load: value
-
-
-def _items_reader(kinds: tuple[Any, ...]) -> Read:
-    if kinds[-1] is ... or len(kinds) == 1:
-        one = _reader(kinds[0])
-        return lambda value, load: tuple(one(v, load) for v in value)
-    each = tuple(map(_reader, kinds))
-    return lambda value, load: tuple(read(v, load) for read, v in zip(each, value, strict=True))

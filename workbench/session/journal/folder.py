@@ -28,15 +28,14 @@ from workbench.report.json import document
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
 from workbench.session.journal import codec
-from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs, read_own
-from workbench.session.journal.restore import Restored
+from workbench.session.journal.replay import Restored
 from workbench.session.journal.writer import Appender, Logbook
 from workbench.session.page_state import Severity
 from workbench.session.start import start
 from workbench.session.state import Session
-from workbench.session.view import AbstractKeeper
+from workbench.session.view import AbstractKeeper, Entry
 
 ROOT = Path("recordings")
 """Where sessions go by default, below the current folder."""
@@ -92,8 +91,17 @@ def begin(
         write_toml(robot, folder / ROBOT)
         write_plate(plate, folder / PLATE)
         session = start(*inputs(folder), is_given=is_given)
+        header = document(
+            SCHEMA,
+            workbench=package_version(),
+            began=_now().isoformat(timespec="seconds"),
+            robot=session.robot.name,
+            plate=session.plate.name,
+            plate_given=session.is_plate_given,
+            numbers=changed_numbers(session, None),
+        )
         file = Appender(folder / JOURNAL)
-        file.add((_sealed(_header(session), folder), {}, False))
+        file.add((_sealed(header, folder), {}, False))
     except (OSError, WorkbenchError) as error:
         session = start(robot, plate, is_given=is_given)
         return _without_folder(session, "this session is not recorded", error, folder or root)
@@ -181,18 +189,6 @@ def _without_folder(
         why = f"{place.resolve()} can't be written ({error.strerror}); {remedy}"
     trouble = f"{text}: {why}"
     return StartedSession(session, (Logbook(None, trouble=trouble),), None, entries, trouble)
-
-
-def _header(session: Session) -> dict[str, Any]:
-    return document(
-        SCHEMA,
-        workbench=package_version(),
-        began=_now().isoformat(timespec="seconds"),
-        robot=session.robot.name,
-        plate=session.plate.name,
-        plate_given=session.is_plate_given,
-        numbers=changed_numbers(session, None),
-    )
 
 
 def _sealed(header: dict[str, Any], folder: Path) -> str:

@@ -9,13 +9,11 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import validation_json
 from workbench.plate.plate import Plate
-from workbench.plate.plate_score import SetScore
 from workbench.report.json import Json, plain
 from workbench.session.state import Session
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState
 
 ROUNDING = 1e-9
 """Difference of two numbers, relative to the larger of them and 1, that rounding explains: another processor
@@ -27,29 +25,18 @@ def _targets(plate: Plate, states: tuple[TargetState, ...]) -> Json:
     return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | vars(state) for i, (target, state) in pairs}
 
 
-def _score(score: SetScore) -> Json:
-    return {
-        "reached": score.measurable,
-        "rank": score.rank,
-        "position_rms": score.position,
-        "rotation_rms": score.rotation,
-    }
-
-
-def _diagnosis(found: Diagnosis) -> Json:
-    effects = [accepted.effect for accepted in found.effects]
-    return {
-        "before": validation_json(found.before),
-        "effects": [{"name": str(e.name), "joints": [j + 1 for j in e.joints]} for e in effects],
-        "after": validation_json(found.after),
-        "verdict": found.verdict,
-    }
-
-
 _SUBJECTS: dict[str, tuple[Callable[[Session], tuple], Callable[..., Any]]] = {
     "robot": (lambda s: (s.robot,), lambda robot: robot.name),
     "targets": (lambda s: (s.plate, s.states), _targets),
-    "score": (lambda s: (s.score,), _score),
+    "score": (
+        lambda s: (s.score,),
+        lambda score: {
+            "reached": score.measurable,
+            "rank": score.rank,
+            "position_rms": score.position,
+            "rotation_rms": score.rotation,
+        },
+    ),
     "identification": (
         lambda s: (s.results.identification,),
         lambda found: {
@@ -57,7 +44,17 @@ _SUBJECTS: dict[str, tuple[Callable[[Session], tuple], Callable[..., Any]]] = {
             "algorithms": {name: validation_json(run) for name, run in found.runs.items()},
         },
     ),
-    "diagnosis": (lambda s: (s.results.diagnosis,), _diagnosis),
+    "diagnosis": (
+        lambda s: (s.results.diagnosis,),
+        lambda said: {
+            "before": validation_json(said.before),
+            "effects": [
+                {"name": str(a.effect.name), "joints": [j + 1 for j in a.effect.joints]} for a in said.effects
+            ],
+            "after": validation_json(said.after),
+            "verdict": said.verdict,
+        },
+    ),
 }
 """Of every subject the parts of the session that it depends on, and what is written of them."""
 

@@ -30,10 +30,10 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import UnknownCommand
 from workbench.session.journal import codec
-from workbench.session.journal.entry import Ending, Entry
 from workbench.session.start import start
 from workbench.session.state import Session
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState
+from workbench.session.view import Ending, Entry
 
 NAME, NUMBER = "workbench.journal", 1
 SCHEMA = f"{NAME}/{NUMBER}"

@@ -19,16 +19,14 @@ from collections import deque
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.files import open_regular, sync_folder, write_bytes
 from workbench.session.journal import codec
-from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed_numbers
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
-from workbench.session.view import AbstractKeeper, Notify
+from workbench.session.view import AbstractKeeper, Entry, Notify
 
 LOCK = ".lock"
 Line = tuple[str, Mapping[str, bytes], bool]
@@ -180,7 +178,23 @@ class Logbook(AbstractKeeper):
                 self._before = self._last
             self._step, self._last = step, session
             result, more = codec.encode_result(entry.result, self._before or session)
-            content = _line(step, entry, fields, result, session, self._before)
+            before = self._before
+            earlier = 0 if before is None else before.page.message_count
+            content = {
+                "step": step,
+                "at": round(entry.at, 6),
+                "time": datetime.fromtimestamp(entry.time, UTC).isoformat(timespec="milliseconds"),
+                "command": type(entry.command).__name__,
+                "fields": fields,
+                "title": entry.command.title,
+                "ending": str(entry.ending),
+                "basis": entry.basis,
+                "seconds": round(entry.seconds, 6),
+                "text": entry.text,
+                **({} if result is None else {"result": result}),
+                "says": [message.text for message in session.page.messages if message.number > earlier],
+                "numbers": changed_numbers(session, before),
+            }
             line = json.dumps(content, ensure_ascii=False, allow_nan=False)
             self._file.add((codec.sealed(line), files | more, is_instead))
         except (OSError, WorkbenchError) as error:
@@ -206,24 +220,3 @@ class Logbook(AbstractKeeper):
         if self._file is not None:
             self._file.close()
             self._file = None
-
-
-def _line(
-    step: int, entry: Entry, fields: dict[str, Any], result: Any, session: Session, before: Session | None
-) -> dict[str, Any]:
-    earlier = 0 if before is None else before.page.message_count
-    return {
-        "step": step,
-        "at": round(entry.at, 6),
-        "time": datetime.fromtimestamp(entry.time, UTC).isoformat(timespec="milliseconds"),
-        "command": type(entry.command).__name__,
-        "fields": fields,
-        "title": entry.command.title,
-        "ending": str(entry.ending),
-        "basis": entry.basis,
-        "seconds": round(entry.seconds, 6),
-        "text": entry.text,
-        **({} if result is None else {"result": result}),
-        "says": [message.text for message in session.page.messages if message.number > earlier],
-        "numbers": changed_numbers(session, before),
-    }

@@ -51,13 +51,13 @@ SCALE = np.array(
         (228, 78, 82),
         (208, 72, 124),
         (180, 72, 162),
-        (146, 78, 190),
-        (110, 86, 206),
-        (74, 96, 214),
+        (152, 88, 200),
+        (120, 104, 220),
+        (88, 122, 236),
     ],
     float,
 )
-"""From bad to good: the worst stands out on light and on dark pages, also to the colour-blind."""
+"""From bad to good: all stand out on light and on dark pages, the worst most, also to the colour-blind."""
 GAMMA = 2.2
 
 

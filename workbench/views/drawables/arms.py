@@ -31,7 +31,8 @@ SAME_POSTURE = 1e-6
 def arms(session: Session) -> Iterator[Item]:
     """The nominal arm in its current posture, and the real one beside it where it is known."""
     q, overlay, focus = drawn_joints(session), session.choices.overlay, session.playback.focus
-    yield Item("arm/nominal", _nominal, (session.robot, q))
+    nominal = lambda robot, q: Arm(bodies=make_bodies(robot), frames=body_frames(robot, q))  # noqa: E731
+    yield Item("arm/nominal", nominal, (session.robot, q))
     if (known := model_and_real(session)) is not None:
         is_shown, rows = focus in (Focus.ROW, Focus.JOG), session.results.comparison
         gap: np.ndarray | None = None
@@ -84,10 +85,6 @@ def real_arm(
     bodies = make_bodies(real, swell=SHELL, has_foot=False)  # around the one that it is compared with
     frames = bent_frames(model, real, q[None], times, gap=None if gap is None else gap[None], base=base)
     return Arm(bodies=bodies, frames=frames[0], ghost=CALIBRATED, opacity=0.5)
-
-
-def _nominal(robot: Robot, q: np.ndarray) -> Arm:
-    return Arm(bodies=make_bodies(robot), frames=body_frames(robot, q))
 
 
 def _glow(robot: Robot, q: np.ndarray, joint: int) -> Mesh:

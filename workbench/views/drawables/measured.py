@@ -102,7 +102,8 @@ def _set_apart(rows: Comparison, left_out: frozenset[int]) -> Points | None:
 
 
 def _arrows(rows: Comparison, stage: ModelStage, times: float, colour: Colour) -> Arrows | None:
-    chosen = _chosen(rows)
+    known = np.flatnonzero(np.isfinite(rows.measured).all(1) & ~rows.kept_out)
+    chosen = known[:: max(1, -(-len(known) // MAX_ARROW_ROWS))]
     off = -rows.residuals[chosen, STAGES.index(stage)]
     chosen, off = chosen[np.isfinite(off).all(1)], off[np.isfinite(off).all(1)]
     if not len(chosen):
@@ -121,12 +122,6 @@ def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label
     below = start - np.array([0.0, 0.0, 0.05 * reach])  # what happened to the base has its words above
     words = Label(text=f"this long = {1e3 * error:g} mm", place=below)
     return Arrows(starts=start[None], ends=end[None], colour=MARK, thick=2.0), words
-
-
-def _chosen(rows: Comparison) -> np.ndarray:
-    """Numbers of the rows with arrows."""
-    known = np.flatnonzero(np.isfinite(rows.measured).all(1) & ~rows.kept_out)
-    return known[:: max(1, -(-len(known) // MAX_ARROW_ROWS))]
 
 
 @lru_cache(maxsize=4)

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.base.types import Matrix4, Vector3
+from workbench.base.types import Matrix4
 from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Target
 from workbench.session.state import Session
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, PLATE, REACHED, SELECTED
 from workbench.views.appearance.shapes import box, target_block
 from workbench.views.drawables.drawable import Colour, Label, Mesh
@@ -19,15 +19,12 @@ def plate(session: Session) -> Iterator[Item]:
     """Blocks: sand where reached, blue where selected, brown where blocked, red where out of reach."""
     fixture = session.plate
     if fixture.size is not None:
-        yield Item("plate/solid", _solid, (fixture.size, fixture.pose), shown=session.shows_plate)
+        solid = lambda size, pose: Mesh(solid=box(size), colour=PLATE, flat=True, pose=pose)  # noqa: E731
+        yield Item("plate/solid", solid, (fixture.size, fixture.pose), shown=session.shows_plate)
     for i, (target, state) in enumerate(zip(fixture.targets, session.states, strict=True)):
         path, colour = f"plate/targets/{i + 1}", target_colour(state, selected=i == session.selected)
         yield Item(path, _block, (target, fixture.pose, colour, i), shown=session.shows_plate)
         yield Item(f"{path}/number", _number, (i, target), shown=session.shows_plate)
-
-
-def _solid(size: Vector3, pose: Matrix4) -> Mesh:
-    return Mesh(solid=box(size), colour=PLATE, flat=True, pose=pose)
 
 
 def _block(target: Target, plate: Matrix4, ink: Colour, number: int) -> Mesh:

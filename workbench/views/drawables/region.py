@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from workbench.session.cube_fields import CubeField, CubeValues, are_shown, drawn_field, inputs, shown_cubes
+from workbench.session.cube_fields import are_shown, drawn_field, inputs, shown_cubes
 from workbench.session.state import NO_FIELD, Session
 from workbench.views.appearance.colours import GHOST, NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid
@@ -38,18 +38,8 @@ def _cubes(session: Session, *_: object) -> Cubes | None:
     shown = np.zeros(0) if numbers is None else shown_cubes(session, view, numbers)
     if field is None or numbers is None or not shown.any():
         return None
-    return Cubes(
-        region=session.plate.region,
-        shown=shown,
-        known=~np.isnan(numbers.numbers),
-        colours=_colours(field, numbers),
-    )
-
-
-def _colours(field: CubeField, numbers: CubeValues) -> np.ndarray:
-    """Colour of every cube: from bad to good; grey where there is no number, dark red where unbounded."""
-    shares = np.nan_to_num(numbers.shares)
-    colours = scale_colours(shares if field.larger_is_better else 1.0 - shares)
-    colours[np.isnan(numbers.numbers)] = NO_VALUE
+    shares, is_unknown = np.nan_to_num(numbers.shares), np.isnan(numbers.numbers)
+    colours = scale_colours(shares if field.larger_is_better else 1.0 - shares)  # from bad to good
+    colours[is_unknown] = NO_VALUE
     colours[np.isinf(numbers.numbers)] = UNBOUNDED
-    return colours
+    return Cubes(region=session.plate.region, shown=shown, known=~is_unknown, colours=colours)

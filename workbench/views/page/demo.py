@@ -26,7 +26,7 @@ from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
-from workbench.session.stages import counted, expected_elsewhere, stage_words, stages
+from workbench.session.stages import expected_elsewhere, stage_words, stages
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -221,7 +221,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
 
 def _found(session: Session, found: Diagnosis, causes: str) -> str:
     """The causes, and what is learned without a name; with the numbers that the page shows."""
-    errors = stages(session)[-1].errors, counted(session, found, found.after)
+    errors = stages(session)[-1].errors, found.after.judged
     before, after = (compared(e.position_mm.mean) for e in errors)
     what = f"{causes or 'no cause with a name'}{_learned(found)}"
     return f"{what}. With that, {before} mm fall to {after} mm."

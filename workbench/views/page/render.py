@@ -11,15 +11,14 @@ from workbench.session.page_state import Severity, Tab
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
-from workbench.views.page.camera import aim
 from workbench.views.page.panels import panels as all_panels
 from workbench.views.page.panels.header import CaptionPanel, Messages, Strip
 from workbench.views.page.panels.legend import LegendPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.scene.gizmo import Gizmo
-from workbench.views.page.scene.scene import Scene
-from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE, PHONE_SCENE, paint
+from workbench.views.page.scene.scene import Scene, aim
+from workbench.views.page.style import NARROW, PANEL_WIDTH, PHONE, PHONE_SCENE, WIDE_SHARE, paint
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import hand_over, icons_at_once
 
@@ -156,7 +155,7 @@ def _fitter(server: viser.ViserServer, client: viser.ClientHandle) -> Callable[[
         if is_dark is not was_dark:
             paint(client.gui, is_dark=is_dark)
         is_wide, is_phone = window > NARROW, window <= PHONE
-        width = PANEL_WIDTH if is_wide else max(MIN_WIDTH, WINDOW_SHARE * window)
+        width = max(PANEL_WIDTH, WIDE_SHARE * window) if is_wide else max(MIN_WIDTH, WINDOW_SHARE * window)
         client.gui.main_panel.set_width(width)
         if not (is_wide and was_wide):
             first = server.initial_camera  # a page that has just been opened may not look from there yet

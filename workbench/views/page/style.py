@@ -14,8 +14,9 @@ import viser
 from workbench.views.appearance.colours import SELECTED, SKY, SKY_DARK, css
 from workbench.views.page.viser_internals import run_script
 
-PANEL_WIDTH = 470
-"""Width of the panel [px]."""
+PANEL_WIDTH, WIDE_SHARE = 470, 0.25
+"""Width of the panel [px], and in wide windows its share of them."""
+ROOM = f"max({PANEL_WIDTH}px, {100 * WIDE_SHARE:g}vw)"
 PANEL = 'div[style*="grid-template-rows"] > div'
 STRIP = f"{PANEL} > div > div > .mantine-Paper-root[data-with-border]:nth-child(2)"
 """The panel's first folder, behind this sheet; it is kept in view."""
@@ -61,8 +62,8 @@ RULES = f"""
 [role="tab"][aria-selected="true"] {{ color: var(--mantine-color-custom-text) !important }}
 .mantine-Button-label, .mantine-Text-root[style*="0.875em"], .mantine-Input-input,
 .mantine-Paper-root > .mantine-Paper-root {{ font-size: max(12px, .875em) !important }}
-[{CAPTION}] {{ position: fixed; z-index: 5; bottom: 22px; left: 0; width: calc(100vw - {PANEL_WIDTH}px);
-  box-sizing: border-box; padding: 0 max(16px, calc(50vw - {PANEL_WIDTH // 2 + 330}px));
+[{CAPTION}] {{ position: fixed; z-index: 5; bottom: 22px; left: 0; width: calc(100vw - {ROOM});
+  box-sizing: border-box; padding: 0 max(16px, calc(50vw - 330px - 0.5 * {ROOM}));
   text-align: center; font-size: 19px; line-height: 1.4; pointer-events: none }}
 [{CAPTION}] > div {{ background: color-mix(in srgb, var(--mantine-color-body) 96%, transparent);
   color: var(--mantine-color-text); padding: 8px 16px }}
@@ -103,7 +104,7 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-NumberInput-root {{ display: none }}
 div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5em }}
 {CHARTS} {{ container-type: inline-size }}
 @container (min-width: 420px) {{ svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
-@media (min-width: {WIDE}px) {{ :root {{ --words: 14px }} }}
+@media (min-width: {WIDE}px) {{ :root {{ --words: clamp(14px, 0.66vw, 18px) }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
   [{CAPTION}] > .figure {{ font-size: 22px }}

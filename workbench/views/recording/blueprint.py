@@ -37,12 +37,20 @@ def blueprint(steps: int | None = None) -> rrb.Blueprint:
         rrb.Grid(*(_plot(each, where, axis) for each, where in of.items()), grid_columns=1, name=tab)
         for tab, of in PLOTS.items()
     )
-    beside = rrb.Vertical(rrb.Tabs(*plots), bars, _document("result", "Result"), row_shares=[3, 2, 3])
-    left = rrb.Vertical(_document("title", "Session"), _scene(), row_shares=[1, 5])
+    result = rrb.TextDocumentView(origin="result", name="Result")
+    beside = rrb.Vertical(rrb.Tabs(*plots), bars, result, row_shares=[3, 2, 3])
+    scene = rrb.Spatial3DView(
+        origin="world",
+        name="Scene",
+        background=GROUND,
+        line_grid=rrb.LineGrid3D(visible=True, spacing=0.25, color=(186, 195, 208)),
+        eye_controls=rrb.EyeControls3D(tracking_entity=EYE),
+    )
+    left = rrb.Vertical(rrb.TextDocumentView(origin="title", name="Session"), scene, row_shares=[1, 5])
     log = rrb.TextLogView(
         origin="log", name="Steps", columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"])
     )
-    below = rrb.Tabs(log, _document("about", "About"))
+    below = rrb.Tabs(log, rrb.TextDocumentView(origin="about", name="About"))
     return rrb.Blueprint(
         rrb.Vertical(rrb.Horizontal(left, beside, column_shares=[5, 4]), below, row_shares=[5, 1]),
         rrb.TimePanel(state="collapsed", timeline=STEP, play_state="following"),
@@ -58,17 +66,3 @@ def _plot(heading: str, where: tuple[str, tuple[str, ...]], axis: rrb.TimeAxis |
     return rrb.TimeSeriesView(
         origin=origin, contents=contents, name=heading, plot_legend=NO_LEGEND, axis_x=axis
     )
-
-
-def _scene() -> rrb.Spatial3DView:
-    return rrb.Spatial3DView(
-        origin="world",
-        name="Scene",
-        background=GROUND,
-        line_grid=rrb.LineGrid3D(visible=True, spacing=0.25, color=(186, 195, 208)),
-        eye_controls=rrb.EyeControls3D(tracking_entity=EYE),
-    )
-
-
-def _document(path: str, name: str) -> rrb.TextDocumentView:
-    return rrb.TextDocumentView(origin=path, name=name)

@@ -15,13 +15,13 @@ from workbench.parts import warn_of_broken
 from workbench.report.result_display import as_markdown
 from workbench.session.stages import stages
 from workbench.session.state import Focus, Session
+from workbench.session.view import Moment
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.scene_contents import items
 from workbench.views.drawables.sink import Item
 from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import EYE, PATHS, Canvas
-from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown
 from workbench.views.recording.sentences import about, headline
 from workbench.views.recording.timelines import Log, Series

@@ -15,11 +15,9 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from workbench.session.journal.entry import Entry
 from workbench.session.page_state import Severity
 from workbench.session.state import Session
-from workbench.session.view import AbstractKeeper, Notify
-from workbench.views.recording.recorded_step import Moment
+from workbench.session.view import AbstractKeeper, Entry, Moment, Notify
 
 if TYPE_CHECKING:  # rerun is read by the recorder's thread
     from workbench.views.recording.canvas import Canvas

@@ -146,10 +146,6 @@ def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None
         canvas.log(path, boxes)
 
 
-def _points(points: Points) -> rr.Points3D:
-    return rr.Points3D(points.places, colors=points.colours, radii=points.radius)
-
-
 def _arrows(arrows: Arrows) -> rr.Arrows3D:
     vectors, radius = arrows.ends - arrows.starts, arrows.thick * THIN
     return rr.Arrows3D(origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=radius)
@@ -171,5 +167,9 @@ LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
     Label: _log_label,
     Cubes: _log_cubes,
 }
-WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {Points: _points, Arrows: _arrows, Cuboid: _cuboid}
+WHOLE: dict[type, Callable[[Any], rr.AsComponents]] = {
+    Points: lambda points: rr.Points3D(points.places, colors=points.colours, radii=points.radius),
+    Arrows: _arrows,
+    Cuboid: _cuboid,
+}
 """Drawn anew where anything of them has changed."""

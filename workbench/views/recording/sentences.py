@@ -9,9 +9,9 @@ from workbench.report.numbers import compared
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.commands.edit import MovePlate
 from workbench.session.cube_fields import field_of
-from workbench.session.journal.entry import Ending, Entry
 from workbench.session.stages import before_and_after
 from workbench.session.state import Session
+from workbench.session.view import Ending, Entry
 from workbench.views.drawables.viewpoint import title
 
 

@@ -8,17 +8,15 @@ from collections.abc import Iterator
 
 import rerun as rr
 
-from workbench.plate.plate_score import SetScore
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.messages import SetCaption
-from workbench.session.journal.entry import Ending
 from workbench.session.stages import stage_words, stages
 from workbench.session.state import Session
+from workbench.session.view import Ending, Moment
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
 from workbench.views.drawables.sink import differences
 from workbench.views.recording.canvas import PATHS, Canvas
-from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.sentences import sentence
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
@@ -79,7 +77,7 @@ class Series:
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         session, entry = moment.session, moment.entry
         is_all = entry is not None and not isinstance(entry.command, DRAGS)
-        for path, value in (*_score(session.score), *_errors(session)):
+        for path, value in _numbers(session):
             if path not in self._drawn:
                 self._style(canvas, path, session)
             if is_all or self._drawn.get(path) != value:
@@ -95,13 +93,10 @@ class Series:
         canvas.log(path, line, rr.SeriesPoints(colors=colour, marker_sizes=4.0), static=True)
 
 
-def _score(score: SetScore) -> Iterator[tuple[str, float]]:
-    yield "index/O", float(score.indices["O"])
-    yield "predicted/position_mm", 1e3 * float(score.position)
-    yield "predicted/rotation_deg", math.degrees(float(score.rotation))
-
-
-def _errors(session: Session) -> Iterator[tuple[str, float]]:
+def _numbers(session: Session) -> Iterator[tuple[str, float]]:
+    yield "index/O", float(session.score.indices["O"])
+    yield "predicted/position_mm", 1e3 * float(session.score.position)
+    yield "predicted/rotation_deg", math.degrees(float(session.score.rotation))
     for stage in stages(session):
         yield f"error/{PATHS[stage.title]}_mm", stage.error
         if (turned := stage.errors.orientation_deg) is not None:

@@ -10,11 +10,9 @@ from scipy.linalg import block_diag
 from workbench.arm.robot import Robot
 from workbench.identification.prior import Prior
 
-BEST, NOMINAL = 1e-4, 5e-4
-"""Standard deviations of a calibration's constants at best, unless its error was smaller, and of a data
-sheet's [rad or m]."""
-HELD = 1e-5
-"""Standard deviation of what a calibration held, as others took its place [rad or m]."""
+BEST, HELD, NOMINAL = 1e-4, 1e-5, 5e-4
+"""Standard deviations of a calibration's constants at best, unless its error was smaller, of what it held, as
+others took its place, and of a good data sheet's [rad or m]."""
 LEAST_NOISE = 0.3
 """Part of a calibration's error that is the least noise of any axis."""
 UNKNOWN = 0.05
@@ -37,17 +35,17 @@ class LastCalibration:
     known: Prior
 
     @classmethod
-    def of(cls, robot: Robot) -> "LastCalibration":
-        """Knowledge by an arm's file."""
+    def of(cls, robot: Robot, nominal: float = NOMINAL) -> "LastCalibration":
+        """Knowledge by an arm's file, or of a data sheet's constants by their deviation [rad or m]."""
         record = robot.calibration
-        recorded, nominal = ({}, {}) if record is None else (record.std, record.nominal)
-        identified = (e.name for e in robot.elements if e.name in nominal)
+        recorded, found = ({}, {}) if record is None else (record.std, record.nominal)
+        identified = (e.name for e in robot.elements if e.name in found)
         names = tuple(dict.fromkeys((*identified, *robot.default_free, *robot.joint_offsets)))
-        held = NOMINAL if record is None else HELD
+        held = nominal if record is None else HELD
         std = [max(recorded[n], BEST) if n in recorded else held for n in names]
         covariance = np.diag(np.square(std))
         if record is not None:
-            at = [names.index(n) for n in nominal if n in names]
+            at = [names.index(n) for n in found if n in names]
             size, vectors = np.linalg.eigh(record.covariance)
             best = BEST if record.error is None else np.clip(record.error.position, HELD, BEST)
             covariance[np.ix_(at, at)] = (vectors * np.maximum(size, best**2)) @ vectors.T

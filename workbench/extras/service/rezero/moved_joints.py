@@ -7,7 +7,7 @@ then held to the calibration again, which makes the others more certain.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +28,8 @@ from workbench.extras.service.rezero.other_explanations import doubts
 from workbench.extras.service.rezero.result import JointShift, Rezero, readable
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.errors.row_errors import Errors
+from workbench.identification.errors.expected_deviation import USUAL_DEVIATION
+from workbench.identification.errors.row_errors import Errors, row_errors
 from workbench.identification.fit_choices import Excluded, FitChoices, NoiseLike, Sessions
 from workbench.identification.frames import visible_parts
 from workbench.identification.meaning.as_read import as_told, with_own_columns, with_units
@@ -38,16 +39,14 @@ from workbench.identification.problem import FrameFreedom, Problem
 from workbench.identification.result import BeforeAfter
 from workbench.identification.rows.row_selection import check_enough
 
-SIGNIFICANT = 0.3
-"""A zero known to less than this part of what it was before the rows counts as determined."""
-TELLING = 5e-3
-"""Half an interval about no shift at most, of a zero that did not move [rad or m]."""
+SIGNIFICANT, TELLING = 0.3, 5e-3
+"""A zero known to less than this part of what it was before the rows counts as determined; half an interval
+about no shift at most, of one that did not move [rad or m]."""
 CHANCE = 0.01
 """Probability that some joint is reported to have moved though none has."""
-MAX_OFF = 0.02
-"""Part of the reach within which rows must lie for zeros to be sought before the frames, or believed."""
-STILL_OFF = 3.0
-"""Times the calibration's error, or a known one of the instrument if larger, that rows may be off."""
+MAX_OFF, STILL_OFF = 0.02, 3.0
+"""Part of the reach within which rows must lie for zeros to be sought before the frames, or believed; times
+the calibration's error, or a known one of the instrument if larger, that they may be off."""
 FARTHEST = np.deg2rad(120.0)
 """A zero that moved farther is that of another arm, or of a search that went astray."""
 
@@ -92,7 +91,15 @@ def rezero(
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
     problem = known.on(ready.problem.again(free=names)) if decides else ready.problem
     everything = Optimum.of(problem, None if measured else knowledge.least_noise)
-    shifts, best = _moved(knowledge, everything, zeros)
+    notes, wide, freest = [*ready.notes], knowledge, everything
+    if robot.calibration is None:
+        std = max(NOMINAL * everything.misjudged, USUAL_DEVIATION)
+        wide = replace(knowledge, known=LastCalibration.of(robot, std).known)
+        freest = everything.freed(wide, zeros)
+        assumed = f"assumed known to {1e3 * std:.2g} mm and {np.rad2deg(std):.2g}° (1 σ)"
+        what = f"the file of '{robot.name}' has no calibration record: its lengths and angles are {assumed}"
+        notes.append(f"{what}; give the file that identify saved as the robot")
+    shifts, best = _moved(wide, freest, zeros)
     found, shifts = _written(knowledge, best, shifts)
     error = BeforeAfter(best.errors(best.aligned(robot)), best.errors(found))
     still = _still_off(knowledge, best, error.after)
@@ -107,20 +114,13 @@ def rezero(
         )
     if knowledge.error is not None:
         reasons = reasons or still
-    notes = [*ready.notes]
-    if robot.calibration is None:
-        notes.append(
-            f"the file of '{robot.name}' has no calibration record, so its lengths and angles are assumed "
-            f"known to {1e3 * NOMINAL:g} mm and {np.rad2deg(NOMINAL):.2g}° (1 σ); give the file that "
-            "identify saved as the robot"
-        )
     progress(0.9, "what can't be distinguished")
     return Rezero(
         calibrated=robot,
         robot=robot if reasons else found,
         shifts=shifts,
         doubts=reasons,
-        ambiguous=_ambiguous(knowledge, ready, shifts),
+        ambiguous=tuple(_ambiguous(knowledge, ready, shifts)),
         error=error,
         noise=best.problem.noise,
         data=ready.problem.data,
@@ -193,17 +193,15 @@ def _near(knowledge: LastCalibration, data: Dataset) -> LastCalibration:
         problem = Problem.build(robot, data.take(data.included), free=robot.joint_offsets)
     except WorkbenchError:  # reported where the rows are checked
         return knowledge
-    search = Opt2(limit=60).search(problem)
-    off = problem.physical(problem.residual(search.x))[problem.channels[0]]
-    off = np.sqrt(3.0 * (off**2).mean()) if len(off) else 0.0
-    if not off < MAX_OFF * robot.reach or not np.isfinite(search.x).all():
+    if not np.isfinite(x := Opt2(limit=60).search(problem).x).all():
         return knowledge
-    begin = problem.robot_at(search.x)
+    off = np.nan_to_num(1e-3 * row_errors(begin := problem.robot_at(x), problem.data).position_mm.rms)
+    if off > MAX_OFF * robot.reach:
+        return knowledge
     unknown = len(robot.joint_offsets) + sum(map(len, visible_parts(problem.data, problem.known)))
     if problem.count <= unknown and off < STILL_OFF * known:
-        frames = {"base": robot.base, "tool": robot.tool}
-        given = {k: replace(f, free=Freedom.FIXED) for k, f in frames.items() if f.free is Freedom.AUTO}
-        begin = begin.with_frames(**given)
+        open_ = {k: f for k in ("base", "tool") if (f := getattr(robot, k)).free is Freedom.AUTO}
+        begin = begin.with_frames(**{k: replace(f, free=Freedom.FIXED) for k, f in open_.items()})
     return replace(knowledge, begin=begin)
 
 
@@ -270,9 +268,7 @@ def _written(
     return _written(knowledge, fit, shifts) if is_less else (found, shifts)
 
 
-def _ambiguous(
-    knowledge: LastCalibration, ready: Prepared, shifts: tuple[JointShift, ...]
-) -> tuple[str, ...]:
+def _ambiguous(knowledge: LastCalibration, ready: Prepared, shifts: tuple[JointShift, ...]) -> Iterator[str]:
     """Sentences on zeros that a base or tool elsewhere, or other zeros, would show alike."""
     taken, by_name = ready.problem.frames, {s.name: s for s in shifts}
     freedom = FrameFreedom(*visible_parts(ready.problem.data, ready.problem.known))
@@ -283,7 +279,6 @@ def _ambiguous(
     unseen = size[:, None] * np.concatenate([factor.null_space, factor.weak], axis=1)
     readings = ready.data.readings
     own = set(FRAMES if readings is None else (*FRAMES, *readings.frames))
-    sentences = []
     for combination in combinations(unseen, problem.parameters):
         shifted = [by_name[n] for n in combination.names if n in by_name]
         if not any(s.moved or not s.determined for s in shifted):
@@ -291,11 +286,10 @@ def _ambiguous(
         frames = sorted({re.split(r"[.\[]", n)[0] for n in combination.names} & own)
         joints = " and ".join(f"joint {s.joint + 1}" for s in shifted)
         if not frames:
-            sentences.append(f"the zeros of {joints} ({combination.text}): measure poses that differ more")
+            yield f"the zeros of {joints} ({combination.text}): measure poses that differ more"
             continue
         frame = " and ".join(frames)
         why = frame if any(getattr(taken, f, True) for f in frames) else "joint"
         why += f"; if that is wrong, change free of [{frames[0]}]" if set(frames) <= set(FRAMES) else ""
         alike = f"the zero of {joints} and a turn of the {frame} ({combination.text})"
-        sentences.append(f"{alike}: it was assigned to the {why}")
-    return tuple(sentences)
+        yield f"{alike}: it was assigned to the {why}"

@@ -93,6 +93,15 @@ class Optimum:
         return (self.problem.prior**2).sum(0) > 2.0 / UNKNOWN**2
 
     @cached_property
+    def misjudged(self) -> float:
+        """How many times as far off as is known the constants are, at least 1: |W (x − x̂)| / √tr(1 − W C Wᵀ),
+        W what whitens them, C the covariance that the rows leave."""
+        prior, at = self.problem.prior[:, self.known], self.problem.prior_centre
+        off, left = (self.x - at)[self.known], self.factor.covariance()[np.ix_(self.known, self.known)]
+        told = self.known.sum() - np.trace(prior @ left @ prior.T)
+        return max(1.0, float(np.linalg.norm(prior @ off) / np.sqrt(max(told, 1.0))))
+
+    @cached_property
     def freedom(self) -> int:
         """Measured numbers beyond the unknowns of which nothing was known; 0 or less where none is left."""
         return self.problem.count + int(self.known.sum()) - self.factor.rank

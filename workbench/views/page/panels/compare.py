@@ -9,7 +9,7 @@ from workbench.report.numbers import compared
 from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowRow
 from workbench.session.page_state import Tab
-from workbench.session.stages import counted, stages, without_suspects
+from workbench.session.stages import stages, without_suspects
 from workbench.session.state import Session
 from workbench.views.page.html import block, heading
 from workbench.views.page.panels.panel import AbstractPanel
@@ -23,16 +23,18 @@ class ComparePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(_errors)
+        has_rows = lambda s: s.results.comparison is not None  # noqa: E731
         row = self.slider(
             "Data row",
             (0, 1, 1),
-            "Step through the measured rows, counted from 0 as in the file; the arms follow.",
+            "Step through the measured rows, by the file's own numbers or from 0; the arms follow.",
             lambda s: int(numbers(s)[s.results.row]),
-            visible=_has_rows,
+            visible=has_rows,
+            label=_heading,
             max=lambda s: max(int(numbers(s).max()), 1),
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
-        with self.folder("Shown in the scene", visible=_has_rows):
+        with self.folder("Shown in the scene", visible=has_rows):
             hint = "Show the measured tool positions, coloured by their error once there is a fit."
             points = self.checkbox("Measured points", hint, lambda s: s.choices.overlay.points)
             hint = "From predicted to measured positions: grey nominal, orange the model now."
@@ -46,8 +48,7 @@ def _errors(session: Session) -> str:
     if found is None:
         return ""
     models = [(stage.words, stage.errors) for stage in stages(session)]
-    others = {ALGORITHMS[name].title: run for name, run in found.runs.items() if name != shown}
-    models += [(title, counted(session, found, run)) for title, run in others.items()]
+    models += [(ALGORITHMS[n].title, run.judged) for n, run in found.runs.items() if n != shown]
     kind = "held-out" if len(found.held_out_data) else "fitted"
     title = f"Errors of {len(models[0][1])} {kind} poses{without_suspects(session)}"
     cells = [(words, *(compared(v) for v in (e.main.mean, e.main.max))) for words, e in models]
@@ -57,10 +58,14 @@ def _errors(session: Session) -> str:
 
 
 def numbers(session: Session) -> np.ndarray:
-    """Numbers of the shown rows in the data."""
-    comparison = session.results.comparison
-    return np.zeros(1, int) if comparison is None else comparison.number
+    """Numbers of the shown rows in the data, the file's own if it has some."""
+    rows, loaded = session.results.comparison, session.measurements.loaded
+    if rows is None or loaded is None:
+        return np.zeros(1, int)
+    return np.array([loaded.own_number(row) for row in rows.number.tolist()])
 
 
-def _has_rows(session: Session) -> bool:
-    return session.results.comparison is not None
+def _heading(session: Session) -> str:
+    """What the file calls these numbers."""
+    loaded = session.measurements.loaded
+    return "Data row" if loaded is None or loaded.counter is None else loaded.counter.heading

@@ -82,4 +82,6 @@ def _verdict(session: Session) -> str:
     other = [Sentence(weighed(session, found), tone=Tone.QUIET)] if found.effects else []  # else it is shown
     why: list[Block] = [Sentence(found.message), *other]
     why += (b for part in (document.causes, document.effects, document.remarks) for b in part(found))
+    read = () if session.measurements.loaded is None else session.measurements.loaded.notes  # said there
+    why = [b for b in why if not (isinstance(b, Sentence) and b.text in read)]
     return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")

@@ -19,7 +19,6 @@ from workbench.session.export import (
     report_zip,
 )
 from workbench.session.page_state import Tab
-from workbench.session.stages import file_errors, without_suspects
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, text
 from workbench.views.page.panels.panel import AbstractPanel
@@ -38,22 +37,19 @@ def _errors(session: Session) -> str:
     found, run, wanted = session.results.identification, session.results.run, session.choices.wanted
     if found is None or run is None or found.identifiability.refused:
         return ""
-    known = file_errors(session)
-    added, errors = run.saved.robot.effects, sizes(known)
+    added, errors = run.saved.robot.effects, sizes(run.file_errors)
     holds = {
         "URDF": "geometry alone; the TOML holds the effects too" if added else "for other programs",
         "TOML": "with all effects" if added else "for workbench",
     }
     lines = (
         f'<div><b>{text(errors[name])}</b> <span style="color:{MUTED}">'
-        f"{_range(known[name])}{what}</span>{_verdict(run.file_errors[name], wanted)}</div>"
+        f"{_range(run.file_errors[name])}{what}</span>{_verdict(run.file_errors[name], wanted)}</div>"
         for name, what in holds.items()
         if name in errors
     )
     notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
-    rows = judging_text(run).replace(str(len(run.judging)), str(max(map(len, known.values()), default=0)), 1)
-    rows += without_suspects(session)
-    content = heading(f"Mean error of each file on {rows}") + "".join(lines) + notes
+    content = heading(f"Mean error of each file on {judging_text(run)}") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 
 
@@ -62,7 +58,7 @@ def _range(errors: Errors) -> str:
     known = 1e3 * errors.position[np.isfinite(errors.position)]
     if len(known) < 2:
         return ""
-    return f"± {compared(2.0 * known.std(ddof=1) / np.sqrt(len(known)), 2)} mm at other rows; "
+    return f"± {compared(2.0 * known.std(ddof=1) / np.sqrt(len(known)), 2)} mm with other rows held out; "
 
 
 def _verdict(errors: Errors, wanted: Wanted | None) -> str:

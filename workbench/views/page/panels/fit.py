@@ -62,19 +62,16 @@ class FitPanel(AbstractPanel):
         steps: dict[str, Make] = {"Identify": self._identify, "Diagnose": Diagnose, "Add effects": AddEffects}
         self.buttons("Calculate", steps, HOW_TO_FIT, visible=lambda s: s.measurements.loaded)
         with gui.add_folder("Options", expand_by_default=False):
-            self._build_options(gui)
+            build_wanted(self)
+            self.form(SetLevelled, self.checkbox("Levelled", LEVELLED, lambda s: s.measurements.levelled))
+            hint = "Share of the rows held out for checking."
+            self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
+            self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
+            self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
+            self._chosen = dict[str, Control]()
         self.html(result_card)
         self.html(_requirement)
         self.html(_of_fit(_warnings))
-
-    def _build_options(self, gui: viser.GuiApi) -> None:
-        build_wanted(self)
-        self.form(SetLevelled, self.checkbox("Levelled", LEVELLED, lambda s: s.measurements.levelled))
-        hint = "Share of the rows held out for checking."
-        self._held_out = self.slider("Held out [%]", (5, 50, 5), hint, unit=0.01, value=20)
-        self._frames = self.dropdown("Base and tool", FRAMES, "Whether sessions share base and tool.")
-        self._algorithms = gui.add_folder("Algorithms", expand_by_default=False)
-        self._chosen = dict[str, Control]()
 
     def show(self, session: Session) -> None:
         with self._algorithms:  # one may have been registered since
@@ -129,10 +126,9 @@ def _requirement(session: Session) -> str:
 
 def _warnings(found: Identification, session: Session) -> str:
     """Rows that are not fitted, and the first warnings, which name wrong ones; folded, what more there is."""
-    said, loaded = {outlier.row for outlier in found.outliers}, session.measurements.loaded
+    said, name = {outlier.row for outlier in found.outliers}, session.measurements.row_name
     out = [f"{row} ({why})" for row, why in found.excluded if row not in said]
     first = [f"not fitted: data row{'s' * (len(out) > 1)} {first_of(out, MAX_OUT)}"] if out else []
-    name = str if loaded is None else loaded.row_name
     kept = [c.text for c in found.best.fit.weakly_observable]  # among the details: nothing is to be done
     told = (one for one in (*first, *found.warnings) if not any(text in one for text in kept))
     named = (ROWS.sub(lambda row: name(int(row[0])), one) for one in told)

@@ -259,7 +259,7 @@ class AbstractControls:
         with suppress(WorkbenchError):  # a file that can't be read: its refusal says so
             if event is not None and (lost := command.removes(self.session)):
                 back = partial(self.show_fields, self.session)
-                ask(event, "Remove the measurements?", lost, command.title, send, otherwise=back)
+                ask(event, "Remove the present measurements?", lost, command.title, send, otherwise=back)
                 return
         send()
 

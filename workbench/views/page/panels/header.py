@@ -14,10 +14,11 @@ from workbench.session.next_step import Action, NextStep, next_step
 from workbench.session.page_state import PASSING, Message, RunningJob, Severity, Tab
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.measured import error_scale
 from workbench.views.drawables.viewpoint import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
-from workbench.views.page.panels.legend import has_errors, things
+from workbench.views.page.panels.legend import colour_bar, has_errors, things
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import CAPTION, MESSAGE
 
@@ -30,7 +31,6 @@ TINTS = {
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 AWAY = 'style="float:right;margin-left:8px;color:inherit;text-decoration:none"'
-STEP = 'style="color:inherit"'
 CREEP = 0.08
 """How far a bar goes beyond what was reported, at most: a round of a search reports a tenth at once."""
 PLAYING = "This is the demo; the first thing that you change ends it."
@@ -63,7 +63,10 @@ class Strip(AbstractPanel):
         label = lambda s: "Done" if s.page.is_over else "Stop the demo"  # noqa: E731
         is_there = lambda s: s.page.caption  # noqa: E731
         self.button("Stop the demo", end, viser.Icon.PLAYER_STOP, hint, visible=is_there, label=label)
-        cancel, hint = self._worker.cancel, "Stop the computation; nothing changes."
+        cancel, hint = (
+            self._worker.cancel,
+            "Stop the computation; of a search for a plate, the best so far is kept.",
+        )
         works = lambda s: s.page.job is not None and not s.page.caption  # noqa: E731
         self.button("Cancel", cancel, viser.Icon.PLAYER_STOP, hint, visible=works)
         bar = gui.add_progress_bar(0.0, animated=True)
@@ -144,7 +147,7 @@ def _steps(session: Session, links: Sequence[tuple[str, str]]) -> Iterator[str]:
     for (what, address), steps in zip(links, (session.history.done, session.history.undone), strict=True):
         if address and steps and is_free:
             name = f"{what}: {steps[-1].by[:1].lower()}{steps[-1].by[1:]}"
-            yield f'<a role="button" href="{text(address)}" {STEP}>{text(name)}</a>'
+            yield f'<a role="button" href="{text(address)}" style="color:inherit">{text(name)}</a>'
 
 
 def _verdict(session: Session, links: Sequence[tuple[str, str]]) -> str:
@@ -195,7 +198,7 @@ class CaptionPanel(AbstractPanel):
     whose legend is at the end of all, also what colours mean."""
 
     keeps_typed = True
-    depends = (next_step, "page.caption", things, "choices.overlay")
+    depends = (next_step, "page.caption", things, "choices.overlay", "results.comparison")
 
     def __init__(self, worker: Worker, leave: Callable[[], None]):
         super().__init__(worker)
@@ -209,8 +212,11 @@ class CaptionPanel(AbstractPanel):
             figure = text(next_step(session).figure)
             number = figure and f'<div data-testid="figure-now" class="figure">{figure}</div>'
             content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
-            times = f"errors × {session.choices.overlay.exaggeration:g}" * has_errors(session)
-            key = f'<div class="phone">{things(session)}{times}</div>'
+            overlay, rows = session.choices.overlay, session.results.comparison
+            times = f"errors × {overlay.exaggeration:g}" * has_errors(session)
+            is_coloured = rows is not None and rows.stages and overlay.points
+            scale = colour_bar(error_scale(rows)) if is_coloured else ""
+            key = f'<div class="phone">{things(session)}{times}{scale}</div>'
             said = f"{number}{content}{key}{way_out}" if session.page.caption else key
             return f"<div {CAPTION}>{said}</div>"
 

@@ -25,7 +25,7 @@ INDEX = INDICES["O"]
 OBSERVABILITY = (
     f"How evenly the targets tell all constants of the arm, 0 (some not at all) to 1: {INDEX.meaning}."
 )
-OTHERWISE = "The error judges: O counts what this region doesn't need, too."
+OTHERWISE = "The error decides: O also counts constants that this region doesn't need."
 """Where the one gets better and the other worse."""
 TRACE = 60
 """Places of a drag that its curves have at most."""

@@ -32,10 +32,10 @@ from workbench.views.appearance.colours import (
 from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
 from workbench.views.drawables.viewpoint import first_view
-from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.scene.scene import aim
 from workbench.views.page.style import ONLY_TRACK
 
 DECADES = int(np.log10(MAX_TIMES))
@@ -71,17 +71,14 @@ class LegendPanel(AbstractPanel):
                 value=lambda s: round(float(np.log10(s.choices.overlay.exaggeration)), 2),
             )
             hint = "Look at the whole arm again, with its plate or its rows."
-            self.press("Whole view", self._look, viser.Icon.HOME, hint)
+            look = lambda event: event.client and aim(event.client, *first_view(self.session))  # noqa: E731
+            self.press("Whole view", look, viser.Icon.HOME, hint)
         self.form(lambda times: self.overlaid(exaggeration=times), self.add(times))
         window.float(x=MARGIN, y=MARGIN, width=WIDTH)
         self._links = {
             stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self.overlaid, stage=stage)))
             for stage in ModelStage
         }
-
-    def _look(self, event: viser.GuiEvent) -> None:
-        if event.client is not None:
-            aim(event.client, *first_view(self.session))
 
     def _key(self, session: Session) -> str:
         rows, scales, is_on = session.results.comparison, cubes_scale(session), session.choices.overlay.points
@@ -122,7 +119,7 @@ def colour_scale(ticks: Iterable[tuple[float, str]], *, larger_is_better: bool =
     )
     return (
         f'<div style="{BAR};background:{gradient(larger_is_better=larger_is_better)}"></div>'
-        '<div data-testid="colour-bar" style="position:relative;height:19px;white-space:nowrap">'
+        '<div style="position:relative;height:19px;white-space:nowrap">'
         f"{''.join(words)}</div>"
     )
 
@@ -152,25 +149,19 @@ def things(session: Session) -> str:
 
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
-    """Errors of the measured points, and their colours."""
-    words = stage_words(session)
+    """Errors of the measured points, and their colours; a click on another stage of the model shows its."""
+    words, shown, stages = stage_words(session), shown_stage(session, rows), []
+    for stage in rows.stages:
+        style = "font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
+        name = f'title="Show the errors of this model" style="{style}">{words[stage]}'
+        stages.append(f'<a href="{text(links[stage])}" {name}</a>')
     parts = (
-        stage_choice(rows, shown_stage(session, rows), links, words),
-        colour_bar(error_scale(rows)),
+        f"<div>Error: {' · '.join(stages)}</div>",
+        f'<div data-testid="colour-bar">{colour_bar(error_scale(rows))}</div>',
         marks(rows, session.measurements.left_out),
         row_errors(session, rows, words) if session.playback.focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
-
-
-def stage_choice(rows: Comparison, shown: ModelStage, links: Mapping[ModelStage, str], words: Mapping) -> str:
-    """Whose errors are shown; a click on another stage of the model chooses it."""
-    parts = []
-    for stage in rows.stages:
-        style = "font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
-        name = f'title="Show the errors of this model" style="{style}">{words[stage]}'
-        parts.append(f'<a href="{text(links[stage])}" {name}</a>')
-    return f"<div>Error: {' · '.join(parts)}</div>"
 
 
 def colour_bar(scale: ErrorScale) -> str:
@@ -195,9 +186,9 @@ def marks(rows: Comparison, left_out: frozenset[int]) -> str:
 
 def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, str]) -> str:
     """Errors of the shown row."""
-    row, loaded = session.results.row, session.measurements.loaded
+    row = session.results.row
     number, kind = int(rows.number[row]), "held out" if rows.held_out[row] else "fitted"
-    name = f"{number}" if loaded is None else loaded.row_name(number)
+    name = session.measurements.row_name(number)
     kind = "excluded" if rows.kept_out[row] or number in session.measurements.left_out else kind
     each = ((words[stage], 1e3 * float(rows.errors[row, STAGES.index(stage)])) for stage in rows.stages)
     known = [f"{compared(error)} mm {name}" for name, error in each if np.isfinite(error)]

@@ -86,11 +86,10 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
         return ""
     ends = [v for some in values for v in (some.min(), some.max())] + ([noise] if noise > 0.0 else [])
     edges = np.geomspace(0.9 * min(ends), 1.1 * max(ends), BINS + 1)
-    x = np.repeat(np.log(edges), 2)
-    marks = [
-        Marks(x, _steps(some, edges), ink, (stage.words,), is_line=True, is_filled=True)
-        for stage, some, ink in zip(done, values, _colours(done), strict=True)
-    ]
+    marks, x = [], np.repeat(np.log(edges), 2)
+    for stage, some, ink in zip(done, values, _colours(done), strict=True):
+        steps = np.pad(np.repeat(np.histogram(some, edges)[0].astype(float), 2), 1)  # between two edges
+        marks.append(Marks(x, steps, ink, (stage.words,), is_line=True, is_filled=True))
     seen = [Upright(float(np.log(noise)), f"the instrument: {compared(noise, 2)} mm", "currentColor")]
     lines = seen if noise > 0.0 else ()
     return Chart(marks, HEIGHT, ticks=_ticks(edges), uprights=lines, floor=0.0, testid="histogram").svg()
@@ -98,11 +97,6 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
 
 def _colours(done: tuple[StageErrors, ...]) -> tuple[str, ...]:
     return tuple(css(STAGE_COLOURS[stage.title]) for stage in done)
-
-
-def _steps(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """How many are between two edges, as the height of an outline."""
-    return np.pad(np.repeat(np.histogram(values, edges)[0].astype(float), 2), 1)
 
 
 def _ticks(edges: Float[np.ndarray, " n"]) -> list[tuple[float, str]]:

@@ -45,8 +45,8 @@ class RowErrorsPanel(AbstractPanel):
         found, excluded = session.results.diagnosis, set(session.measurements.left_out)
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
-        happened = () if found is None else found.events
-        drawing = chart(rows, session.results.row, links, stage_words(session), excluded, happened)
+        happened, name = () if found is None else found.events, session.measurements.row_name
+        drawing = chart(rows, session.results.row, links, stage_words(session), excluded, happened, name)
         out = f'<a href="{text(self._out)}" style="color:inherit">{text(_exclusion(session))}</a>'
         return block(drawing + _named(session, rows, link) + out, testid="row-chart")
 
@@ -65,7 +65,7 @@ def _exclusion(session: Session) -> str:
     now, rows, row = session.measurements, session.results.comparison, session.results.row
     if rows is None or now.loaded is None or exclude(session) is None:
         return ""
-    name = f"data row {now.loaded.row_name(number := int(rows.number[row]))}"
+    name = f"data row {now.row_name(number := int(rows.number[row]))}"
     why = " (no arm explains it)" * bool(rows.set_apart[row])
     return f"Use {name} again" if number in now.left_out else f"Exclude {name}{why}"
 
@@ -74,7 +74,7 @@ def _named(session: Session, rows: Comparison, link: Callable[[int], str]) -> st
     """The worst rows, those kept out by hand and those set apart as outliers; a click shows one."""
     errors = 1e3 * rows.stage_errors[:, STAGES.index(rows.stages[-1])]
     found, by_hand = session.results.identification, session.measurements.left_out
-    name = str if session.measurements.loaded is None else session.measurements.loaded.row_name
+    name = session.measurements.row_name
     off = () if found is None else [outlier for outlier in found.outliers if outlier.row not in by_hand]
     place = {number: k for k, number in enumerate(rows.number.tolist())}
     worst = [k for k in rows.worst.tolist() if rows.number[k] not in by_hand]
@@ -102,7 +102,7 @@ def shown(rows: Comparison) -> list[int]:
     """Rows of the chart, in the order of measuring."""
     order = np.argsort(rows.number, kind="stable")
     order = order[~rows.kept_out[order]]
-    return order[:: max(1, -(-len(order) // MAX_BARS))].tolist()
+    return order[np.linspace(0, len(order) - 1, min(len(order), MAX_BARS)).astype(int)].tolist()
 
 
 def chart(
@@ -112,6 +112,7 @@ def chart(
     words: Mapping[ModelStage, str],
     excluded: Collection[int] = (),
     happened: Sequence[AbstractEvent] = (),
+    name: Callable[[int], str] = str,
 ) -> str:
     """Errors of what was identified, stage by stage; without the nominal arm, which would dwarf them.
 
@@ -127,19 +128,20 @@ def chart(
         y = errors[order, STAGES.index(stage)]
         kinds = ("held out" if out else "fitted" for out in rows.held_out[order])
         told = zip(rows.number[order].tolist(), kinds, y.tolist(), strict=True)
-        titles = [f"row {k} ({kind}): {error:.3g} mm {words[stage]}" for k, kind, error in told]
+        titles = [f"row {name(k)} ({kind}): {error:.3g} mm {words[stage]}" for k, kind, error in told]
         leads = [links[k] for k in order]
-        ink, name = css(STAGE_COLOURS[stage]), words[stage].capitalize()
-        marks.append(Marks(x, np.where(is_out | is_wrong, np.nan, y), ink, titles, leads, name=name))
+        ink, model = css(STAGE_COLOURS[stage]), words[stage].capitalize()
+        marks.append(Marks(x, np.where(is_out | is_wrong, np.nan, y), ink, titles, leads, name=model))
         for chosen, colour, size in ((is_wrong, SET_APART, 4.0), (is_out, EXCLUDED, 2.6)):
             edge = np.where(chosen, np.minimum(y, top), np.nan)
             marks.append(Marks(x, edge, css(colour), titles, leads, radius=size))
-    ends = [(x.min(), f"row {int(x.min())}"), (x.max(), str(int(x.max())))]
+    ends = [(x.min(), f"row {name(int(x.min()))}"), (x.max(), name(int(x.max())))]
     now = float(rows.number[row])
     uprights = [Upright(event.row - 0.5, event.mark, css(EVENT)) for event in happened]
-    for place, name, chosen in ((-2, "No arm explains", is_wrong), (-1, "Excluded", is_out)):
+    for place, kind, chosen in ((-2, "No arm explains", is_wrong), (-1, "Excluded", is_out)):
         above = ", beyond the edge" * bool(np.nanmax(errors[order][chosen, 1:], initial=0.0) > top)
-        marks[place] = replace(marks[place], name=f"{name}{above}" * bool(chosen.any()))
+        marks[place] = replace(marks[place], name=f"{kind}{above}" * bool(chosen.any()))
     uprights += [Upright(now, "", "currentColor")] if x.min() <= now <= x.max() else []
     drawing = Chart(marks, 90.0, ends, floor=0.0, uprights=uprights).svg()
-    return heading("Remaining error by row, from 0 [mm]; a click puts the arm there") + drawing
+    counted = ", from 0" * (name(0) == "0")
+    return heading(f"Remaining error by row{counted} [mm]; a click puts the arm there") + drawing

@@ -10,22 +10,19 @@ from workbench.session.commands.edit import AddTarget, ChooseBranch, DeleteTarge
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
-from workbench.session.target_postures import branches_to, clearance
-from workbench.session.target_state import TargetState
+from workbench.session.target_postures import TargetState, branches_to, clearance
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import ANGLE, LENGTH
 from workbench.views.page.panels.panel import AbstractPanel
 
-LEFT_TO_PROGRAM = "automatic"
-MARK = " · blocked"
-
 
 class TargetsPanel(AbstractPanel):
-    """Place and state of the selected target."""
+    """Place and state of the selected target; the posture in which the arm reaches it, folded while the
+    program chooses it."""
 
     tab, order = Tab.PLATE, 10
-    depends = ("plate", "selected", "states", "drag", "shows_plate")
+    depends = ("robot", "plate", "selected", "states", "drag", "shows_plate", "choices.overlay")
 
     def build(self, gui: viser.GuiApi) -> None:
         chosen = self.dropdown(
@@ -55,6 +52,20 @@ class TargetsPanel(AbstractPanel):
             "go back to the plate with the lowest predicted error so far.",
             visible=lambda s: s.shows_plate,
         )
+        with gui.add_folder("Branch of the arm", expand_by_default=False):
+            branch = self.dropdown(
+                "Branch",
+                _branches,
+                "The arm's posture there; it is as important as the position.",
+                lambda s: _target(s).branch,
+                disabled=_is_hidden,
+            )
+            hint = "Show the other branches that reach the target as faint arms."
+            ghosts = self.checkbox(
+                "Show the others", hint, lambda s: s.choices.overlay.ghosts, disabled=_is_hidden
+            )
+        self.form(lambda is_on: self.overlaid(ghosts=is_on), ghosts)
+        self.form(lambda name: ChooseBranch(self._worker.session.selected, name), branch)
 
 
 def _is_hidden(session: Session) -> bool:
@@ -79,37 +90,14 @@ def _selected(session: Session) -> str:
     return block(shown, testid="state", style="margin:4px 0 6px")
 
 
-class BranchesPanel(AbstractPanel):
-    """The posture in which the arm reaches the selected target; folded while the program chooses it."""
-
-    tab, order = Tab.PLATE, 12
-    depends = ("robot", "plate", "selected", "drag", "shows_plate", "choices.overlay")
-
-    def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Branch of the arm", expand_by_default=False):
-            branch = self.dropdown(
-                "Branch",
-                _branches,
-                "The arm's posture there; it is as important as the position.",
-                lambda s: s.plate.targets[s.selected].branch,
-                disabled=_is_hidden,
-            )
-            hint = "Show the other branches that reach the target as faint arms."
-            ghosts = self.checkbox(
-                "Show the others", hint, lambda s: s.choices.overlay.ghosts, disabled=_is_hidden
-            )
-        self.form(lambda is_on: self.overlaid(ghosts=is_on), ghosts)
-        self.form(lambda name: ChooseBranch(self._worker.session.selected, name), branch)
-
-
 def _branches(session: Session) -> dict[str, str]:
     """Branches of the selected target, by what they are called on the page."""
     target = _target(session)
     found = () if session.drag is not None else branches_to(session.robot, target)
     free = {branch.name for branch in unobstructed(session.robot, session.plate, session.selected, found)}
-    known = {branch.name: branch.name if branch.name in free else branch.name + MARK for branch in found}
+    known = {branch.name: branch.name + " · blocked" * (branch.name not in free) for branch in found}
     mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
-    names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
+    names = {AUTO: "automatic", **mine, **known}
     return {shown: name for name, shown in names.items()}
 
 

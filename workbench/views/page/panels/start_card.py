@@ -63,7 +63,7 @@ class StartCard(AbstractPanel):
 
         def play(event: viser.GuiEvent) -> None:
             lost = at_stake(self.session)
-            ask(event, "Remove the measurements?", lost, DEMO, self._demo) if lost else self._demo()
+            ask(event, "Remove the present measurements?", lost, DEMO, self._demo) if lost else self._demo()
 
         self.press(DEMO, play, viser.Icon.PLAYER_PLAY, "A real arm, from plate to causes, in two minutes.")
 

@@ -5,6 +5,10 @@ computer without a graphics card keeps pace; a cut shows those inside. All are t
 are seen behind them.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 import viser
 from jaxtyping import Bool, Int
@@ -14,7 +18,6 @@ from workbench.plate.region import Region
 from workbench.views.appearance.colours import linear
 from workbench.views.drawables.drawable import FILL, Cubes
 from workbench.views.drawables.sink import differences
-from workbench.views.page.scene.node import Node
 
 OPACITY = 0.7
 SQUARE = 0.5 * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
@@ -25,6 +28,17 @@ ACROSS = np.roll(np.abs(NORMALS), 1, axis=1)
 """The axis along a face's first edge."""
 FACE_ROTATIONS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 """Rotation that takes the square to each face."""
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A node, with all that is below it.
+
+    `change` takes an old and a new drawable to what is sent of the difference; False: it must be made anew.
+    """
+
+    root: viser.SceneNodeHandle
+    change: Callable[[Any, Any], bool] = lambda old, new: False
 
 
 def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:

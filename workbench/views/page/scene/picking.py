@@ -13,7 +13,6 @@ from jaxtyping import Float
 
 from workbench.base.types import Vector3
 from workbench.views.drawables.drawable import Mesh, Points
-from workbench.views.page.scene.node import Ray
 
 POINTER = 0.008
 """Angle about the pointer in which points are clicked [rad]."""
@@ -21,6 +20,8 @@ BALL = 0.75
 """Radius of the ball that a block is for a click, as a share of the distance of its corners."""
 MAX_BEHIND = 0.02
 """How far behind a target's middle the points at it may lie [m]."""
+Ray = tuple[Vector3, Vector3]
+"""Where the camera is, and the direction from there through the pointer."""
 Hit = tuple[float, int]
 """Distance from the camera [m], and the number of what is there."""
 

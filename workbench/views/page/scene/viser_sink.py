@@ -19,9 +19,8 @@ from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
 from workbench.views.drawables.drawable import Arm, Arrows, Cubes, Cuboid, Label, Mesh, Points
 from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
-from workbench.views.page.scene.cube_mesh import add_cubes
-from workbench.views.page.scene.node import Node, Ray
-from workbench.views.page.scene.picking import picked
+from workbench.views.page.scene.cube_mesh import Node, add_cubes
+from workbench.views.page.scene.picking import Ray, picked
 from workbench.views.page.viser_internals import set_pose
 
 REDRAWN = 0.25
