@@ -113,13 +113,10 @@ def test_rotations_of_few_digits_are_mended_and_two_forms_compared(file, content
     assert any(word in note for note in data.notes)
 
 
-def with_value(heading, value):
-    return HEAD.strip() + f",{heading}\n0.1,0.2,1,2,3,{value}\n"
-
-
 BY_HAND = "# made by hand\n" + HEAD + ROWS
 TWIN = "0.1,0.2,1.0,2.0,3.0,1.0\n"
 SEMICOLONS = HEAD.replace(",", ";")
+VALUES = {"direction1": 2, "sigma_x[mm]": -1, "exclude": "maybe", "distance[m]": -1}
 MILLIMETRES = SEMICOLONS.replace("[m]", "[mm]")
 WRONG = [
     # the file, its line and column that are named, and another part of the sentence
@@ -142,11 +139,8 @@ WRONG = [
     *((QUATERNION_HEAD + f"0.1,0.2,1,2,3,{v}\n", 2, "qw", "") for v in ("0,0,0,0", "2,0,0,0", "0.7,0,0,0")),
     (HEAD.strip() + ",roll[deg],pitch[deg]\n0.1,0.2,1,2,3,4,5\n", None, None, "without yaw"),
     (BOTH + "0.1,0.2,1,2,3,1,0,0,0,0,0,0\n0.1,0.2,1,2,3,0.70710678,0.70710678,0,0,80,0,0\n", 3, None, "10°"),
-    (with_value("direction1", 2), 2, "direction1", ""),
-    (with_value("sigma_x[mm]", -1), 2, "sigma_x[mm]", ""),
-    (with_value("exclude", "maybe"), 2, "exclude", ""),
-    (with_value("distance[m]", -1), 2, "distance[m]", ""),
-    (with_value("torque3[Nm]", 4), None, None, ""),
+    *((f"{HEAD.strip()},{h}\n0.1,0.2,1,2,3,{v}\n", 2, h, "") for h, v in VALUES.items()),
+    (f"{HEAD.strip()},torque3[Nm]\n0.1,0.2,1,2,3,4\n", None, None, ""),
     (HEAD + "0,1,0,2,1,0,2,0,3,0\n0,3,0,4,1,1,2,1,3,1\n", None, None, "marks decimals"),
     (SEMICOLONS + "0,1;0,2;1.5;2;3\n", 2, None, "decimal comma"),
     (MILLIMETRES + "0;1;1,234;2;3\n", None, None, "thousands"),

@@ -506,11 +506,9 @@ def test_a_hand_that_turned_about_one_axis_is_told_another(tmp_path, axes, about
     found = handeye(pairs(axes=axes))
     assert "turn the hand more about its " in found.doubt
     assert found.doubt.split("about its ")[1][0] in about
-    hands, seen = pairs(20, axes=axes, seed=7)
-    vectors = [f"{s}_{p}{a}" for s in ("robot", "target") for p in ("", "r") for a in "xyz"]
-    rows = np.hstack([part for side in (hands, seen) for part in rvec_tvec(side)[::-1]])
-    told = ",".join(f"{name}[{'rad' if name[-2] == 'r' else 'm'}]" for name in vectors)
-    np.savetxt(tmp_path / "a.csv", rows, "%.6f", ",", header=told, comments="")
+    rows = np.hstack([part for side in pairs(20, axes=axes, seed=7) for part in rvec_tvec(side)[::-1]])
+    head = [f"{side}_{axis}" for side in ("robot", "target") for axis in ("x", "y", "z", "rx", "ry", "rz")]
+    np.savetxt(tmp_path / "a.csv", rows, "%.6f", ",", header=",".join(head), comments="")
     assert not any("as the pairs tell" in note for note in handeye(tmp_path / "a.csv").notes)
     still = handeye(pairs(axes=(0.0, 0.0, 0.0)))
     assert still.doubt.startswith("the camera's place is open: the hand kept one")
