@@ -138,10 +138,7 @@ FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replac
 FILES["vectors.txt"] = lambda *sides: lines_of(
     np.hstack([part for side in sides for part in rvec_tvec(side)])
 )
-NAMED = ("gripper_pose_base", "board_detection")
-FILES["records.json"] = lambda *both: json.dumps(
-    [dict(zip(NAMED, pair, strict=True)) for pair in records(*both)]
-)
+FILES["records.json"] = lambda *both: json.dumps([*records(*both)])
 BOTH = {"Joint Dataset": [[0.1] * 6] * 15}
 FILES["log.json"] = lambda *both: json.dumps({**BOTH, "Transform Dataset": np.stack(both, axis=1).tolist()})
 
@@ -153,8 +150,9 @@ def rvec_tvec(poses):
 def records(hands, seen):
     """A matrix and its parts; vectors beside an error in px."""
     for hand, turn, place in zip(hands, *rvec_tvec(seen), strict=True):
-        parts = {"H": hand.tolist(), "translation_m": hand[:3, 3].tolist()}
-        yield parts, {"rvec": turn.tolist(), "tvec": place.tolist(), "diagnostics": {"mean_reproj_px": 0.1}}
+        seen = {"rvec": turn.tolist(), "tvec": place.tolist(), "diagnostics": {"mean_reproj_px": 0.1}}
+        whole = {"H": hand.tolist(), "translation_m": hand[:3, 3].tolist()}
+        yield {"gripper_pose_base": whole, "board_detection": seen}
 
 
 def wide(hands, seen, heads, *turns, unseen=("",) * 7, more=lambda k: ""):
@@ -173,6 +171,7 @@ def named(a, b, angles="qx qy qz qw", others="", more=""):
 
 QUAT, WFIRST = Rotation.as_quat, partial(Rotation.as_quat, scalar_first=True)
 HALCON, FANUC = (partial(Rotation.as_euler, seq=seq, degrees=True) for seq in ("XYZ", "xyz"))
+OPENCV = [f"{part}vec_{k}" for part in "tr" for k in range(3)]
 UNSEEN = {
     "A": (named("A", "B"), QUAT, QUAT),
     "r": (named("r", "c"), QUAT, QUAT),
@@ -180,14 +179,7 @@ UNSEEN = {
     "short": (named("robot", "tag"), QUAT, QUAT, ()),
     "q0": (named("robot", "tag", "q0 q1 q2 q3"), WFIRST, WFIRST),
     "halcon": (named("robot", "target", "alpha beta gamma"), HALCON, HALCON, ("",) * 6),
-    "fanuc": (
-        named("robot", "t", "w p r").replace(
-            "t_x t_y t_z t_w t_p t_r", "tvec_0 tvec_1 tvec_2 rvec_0 rvec_1 rvec_2"
-        ),
-        FANUC,
-        Rotation.as_rotvec,
-        ("",) * 6,
-    ),
+    "fanuc": (" ".join([*(f"robot_{a}" for a in "xyzwpr"), *OPENCV]), FANUC, Rotation.as_rotvec, ("",) * 6),
     "lone": (named("robot", "Kamera").replace("robot_", ""), QUAT, QUAT),
     "letter": (named("robot", "c").replace("robot_", "").replace("c_", "c"), QUAT, QUAT),
     "detected": (named("robot", "tag", more="detected"), QUAT, QUAT, range(7), lambda k: [k not in (2, 5)]),
