@@ -130,8 +130,7 @@ WRONG = [
     (f"Report,,,,,\n{HEAD.strip()},x[m]\n{TWIN}", None, "x[m]", "both mean x"),
     *((HEAD.replace(v, "note") + ROWS, None, None, f"without {v[0]}") for v in ("x[m]", "z[m]")),
     *((content, None, None, "") for content in ("", "\n \n", "# only words\n")),
-    ("a,b,c\n1,2,3\n", 1, None, ""),
-    (ROWS, 1, None, ""),
+    *((content, 1, None, "") for content in ("a,b,c\n1,2,3\n", ROWS)),
     ("No q1 x y z\n   deg mm mm mm\n 0   1  2  3  4\n", 2, None, "5 are named"),
     (MATRIX_HEAD + matrix_row(np.eye(3)) + matrix_row(np.diag([1.0, 1.0, -1.0])), 3, "r11", "determinant"),
     (MATRIX_HEAD + matrix_row(np.eye(3)) + matrix_row(np.diag([1.0, 1.0, 1.1])), 3, "r11", "orthonormal"),
@@ -159,9 +158,7 @@ def test_what_is_wrong_is_named_with_its_place(file, content, line, column, part
 @pytest.mark.parametrize(
     ("content", "part"),
     [
-        (HEAD + "0.1,0.2,,,\n0.1,0.2,1,,\n", ""),
-        (HEAD, ""),
-        ("x[m],y[m],z[m]\n1,2,3\n", ""),
+        *((text, "") for text in (HEAD + "0.1,0.2,,,\n0.1,0.2,1,,\n", HEAD, "x[m],y[m],z[m]\n1,2,3\n")),
         ("q1[rad],q2[rad],q3[rad],k1,k2,k3\n0,1,2,0,1,2.01\n1,3,0,1,3,0\n", "joints of one motion"),
         ("q1[rad],goal_x[m],goal_y[m],goal_z[m],dx[m],dy[m],dz[m]\n0,1,2,3,1,-1,0\n", "are deviations"),
         ("q1[rad],q2[rad],TCP X[m],TCP Y[m],TCP Z[m]\n" + ROWS, "'workbench extract'"),
