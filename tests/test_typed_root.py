@@ -16,7 +16,7 @@ import pytest
 import workbench as wb
 
 ROOT = Path(__file__).parent.parent
-READ = {"Naming", "TableReading", "PixelRows"}
+READ = {"Naming", "TableReading"}
 GIVEN_BY_NAME = READ | {"Production", "Task", "Displayed", "Rig", "AbstractEffect"}
 """Records that have a word, or that only what returned them takes."""
 

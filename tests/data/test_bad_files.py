@@ -113,13 +113,10 @@ def test_rotations_of_few_digits_are_mended_and_two_forms_compared(file, content
     assert any(word in note for note in data.notes)
 
 
-def with_value(heading, value):
-    return HEAD.strip() + f",{heading}\n0.1,0.2,1,2,3,{value}\n"
-
-
 BY_HAND = "# made by hand\n" + HEAD + ROWS
 TWIN = "0.1,0.2,1.0,2.0,3.0,1.0\n"
 SEMICOLONS = HEAD.replace(",", ";")
+VALUES = {"direction1": 2, "sigma_x[mm]": -1, "exclude": "maybe", "distance[m]": -1}
 MILLIMETRES = SEMICOLONS.replace("[m]", "[mm]")
 WRONG = [
     # the file, its line and column that are named, and another part of the sentence
@@ -133,8 +130,7 @@ WRONG = [
     (f"Report,,,,,\n{HEAD.strip()},x[m]\n{TWIN}", None, "x[m]", "both mean x"),
     *((HEAD.replace(v, "note") + ROWS, None, None, f"without {v[0]}") for v in ("x[m]", "z[m]")),
     *((content, None, None, "") for content in ("", "\n \n", "# only words\n")),
-    ("a,b,c\n1,2,3\n", 1, None, ""),
-    (ROWS, 1, None, ""),
+    *((content, 1, None, "") for content in ("a,b,c\n1,2,3\n", ROWS)),
     ("No q1 x y z\n   deg mm mm mm\n 0   1  2  3  4\n", 2, None, "5 are named"),
     (MATRIX_HEAD + matrix_row(np.eye(3)) + matrix_row(np.diag([1.0, 1.0, -1.0])), 3, "r11", "determinant"),
     (MATRIX_HEAD + matrix_row(np.eye(3)) + matrix_row(np.diag([1.0, 1.0, 1.1])), 3, "r11", "orthonormal"),
@@ -142,11 +138,8 @@ WRONG = [
     *((QUATERNION_HEAD + f"0.1,0.2,1,2,3,{v}\n", 2, "qw", "") for v in ("0,0,0,0", "2,0,0,0", "0.7,0,0,0")),
     (HEAD.strip() + ",roll[deg],pitch[deg]\n0.1,0.2,1,2,3,4,5\n", None, None, "without yaw"),
     (BOTH + "0.1,0.2,1,2,3,1,0,0,0,0,0,0\n0.1,0.2,1,2,3,0.70710678,0.70710678,0,0,80,0,0\n", 3, None, "10°"),
-    (with_value("direction1", 2), 2, "direction1", ""),
-    (with_value("sigma_x[mm]", -1), 2, "sigma_x[mm]", ""),
-    (with_value("exclude", "maybe"), 2, "exclude", ""),
-    (with_value("distance[m]", -1), 2, "distance[m]", ""),
-    (with_value("torque3[Nm]", 4), None, None, ""),
+    *((f"{HEAD.strip()},{h}\n0.1,0.2,1,2,3,{v}\n", 2, h, "") for h, v in VALUES.items()),
+    (f"{HEAD.strip()},torque3[Nm]\n0.1,0.2,1,2,3,4\n", None, None, ""),
     (HEAD + "0,1,0,2,1,0,2,0,3,0\n0,3,0,4,1,1,2,1,3,1\n", None, None, "marks decimals"),
     (SEMICOLONS + "0,1;0,2;1.5;2;3\n", 2, None, "decimal comma"),
     (MILLIMETRES + "0;1;1,234;2;3\n", None, None, "thousands"),
@@ -165,9 +158,7 @@ def test_what_is_wrong_is_named_with_its_place(file, content, line, column, part
 @pytest.mark.parametrize(
     ("content", "part"),
     [
-        (HEAD + "0.1,0.2,,,\n0.1,0.2,1,,\n", ""),
-        (HEAD, ""),
-        ("x[m],y[m],z[m]\n1,2,3\n", ""),
+        *((text, "") for text in (HEAD + "0.1,0.2,,,\n0.1,0.2,1,,\n", HEAD, "x[m],y[m],z[m]\n1,2,3\n")),
         ("q1[rad],q2[rad],q3[rad],k1,k2,k3\n0,1,2,0,1,2.01\n1,3,0,1,3,0\n", "joints of one motion"),
         ("q1[rad],goal_x[m],goal_y[m],goal_z[m],dx[m],dy[m],dz[m]\n0,1,2,3,1,-1,0\n", "are deviations"),
         ("q1[rad],q2[rad],TCP X[m],TCP Y[m],TCP Z[m]\n" + ROWS, "'workbench extract'"),

@@ -17,12 +17,10 @@ def test_components_are_measured_minus_predicted_along_the_axes(aria):
 
 
 def test_joined_rows_keep_every_column_of_both():
-    rows = Dataset(
-        q=np.zeros((2, 6)), row=np.array([3, 5]), position=np.ones((2, 3)), temperature=np.array([20.0, 30.0])
-    )
+    two = {"q": np.zeros((2, 6)), "row": np.array([3, 5]), "position": np.ones((2, 3))}
+    rows = Dataset(**two, temperature=np.array([20.0, 30.0]))
     one = {"q": np.ones((1, 6)), "row": np.array([0]), "position": np.zeros((1, 3))}
-    other = Dataset(**one, session=np.array(["late"]))
-    both = rows.joined(other)
+    both = rows.joined(Dataset(**one, session=np.array(["late"])))
     assert both.row.tolist() == [3, 5, 6]
     assert both.session.tolist() == ["", "", "late"]
     assert both.temperature == pytest.approx([20.0, 30.0, np.nan], nan_ok=True)

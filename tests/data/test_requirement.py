@@ -13,7 +13,6 @@ def test_the_papers_angle():
     assert requirement.angle == pytest.approx(0.01155401, abs=1e-8)
     assert f"{np.rad2deg(requirement.angle):.2f}" == "0.66"
     assert requirement.wanted.text == "1 mm per axis and 0.66°"
-
     requirement = Requirement(radius=8e-3, insertion=0.35, per_axis=2e-3)  # just kept in the worst case
     chord = 2.0 * requirement.insertion * np.sin(0.5 * requirement.angle)
     assert requirement.displacement + np.sqrt(2.0) * chord == pytest.approx(requirement.radius)

@@ -237,6 +237,7 @@ def named_table(path, *heads, words=()):
         ([*(f"关节{k}(弧度)" for k in range(1, 7)), *(f"{a}坐标(毫米)" for a in "XYZ")], "position"),
         ([*(f"Unión {k} [radianes]" for k in range(6)), *(f"Posición {a} [mm]" for a in "XYZ")], "position"),
         ([*(f"Glied {k} [rad]" for k in range(1, 7)), *(f"measured_mm_{a}" for a in "xyz")], "position"),
+        ([*(f"measuredJointPosition[{k}]" for k in range(6)), *(f"{a} (мм)" for a in "XYZ")], "position"),
         ([*JOINTS, *(f"P{k}.{a} (mm)" for k in (1, 2) for a in "XYZ")], None),
         ([*JOINTS, "Length_mm", "Ball"], "distance"),
     ],

@@ -109,7 +109,7 @@ COLUMNS: PartTable[Column] = PartTable(
         text="sign of each joint's last motion",
     ),
     Column(name="distance", quantity=Quantity.LENGTH, also=("dist", "abstand", "entfernung"), observed=True),
-    Column(name="session", also=("sitzung", "placement", "aufstellung")),
+    Column(name="session", also=("sitzung", "placement", "aufstellung", "standort")),
     Column(name="group", also=("gruppe",)),
     Column(name="point", also=("socket", "seat", "punkt", "element_name", "feature_name", "point_name")),
     *(

@@ -46,18 +46,17 @@ EXAMPLES = {
 # gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
 ALIASES = {
     **dict.fromkeys(("Grad", "Deg", "DEG", "grados", "Grados", "gradi", "degrés", "degré", "度"), "degree"),
+    **dict.fromkeys(("derece", "град", "도"), "degree"),
     **dict.fromkeys(("Rad", "RAD", "radianes", "radianti", "弧度"), "radian"),
     "rev": "turn",
-    "MM": "mm",
+    **dict(zip(("MM", "мм", "см", "м"), ("mm", "mm", "cm", "m"), strict=True)),
     "px": "pixel",
     "gon": "grade",
     "sec": "second",
     **dict(zip(("Zoll", "毫米", "厘米", "米", "英寸"), ("inch", "mm", "cm", "m", "inch"), strict=True)),
     **dict.fromkeys(("℃", "C", "Celsius"), "degC"),
     "F": "degF",
-    "-": "",
-    "–": "",
-    "1": "",
+    **dict.fromkeys(("-", "–", "1"), ""),
 }
 REMARKS = {
     "Grad": "'Grad' is read as the degree (360 to a turn)",

@@ -302,7 +302,10 @@ class Dataset:
                 columns[f.name] = {k: _stacked((first.get(k), second.get(k)), sizes) for k in names}
         columns["row"] = np.concatenate([self.place, other.place + 1 + self.place.max(initial=-1)])
         columns["counter"] = ""
-        columns["written"] = None if self.written is None else self.written.joined(other.written)
+        written = [own for own in (self.written, other.written) if own is not None]
+        is_one = len(written) == 2 and written[0].name == written[1].name
+        together = np.concatenate([own.numbers for own in written]) if is_one else None
+        columns["written"] = None if together is None else WrittenOrientation(written[0].name, together)
         return replace(self, **columns)
 
 

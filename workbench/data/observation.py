@@ -9,7 +9,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, dataclass_transform
 
 import numpy as np
@@ -17,7 +16,6 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.base.columns import COLUMNS, Column
 from workbench.base.errors import OptionError
-from workbench.base.types import frozen
 from workbench.parts import parts
 
 if TYPE_CHECKING:
@@ -139,12 +137,12 @@ class AbstractObservation(ABC):
     @property
     def is_rotation(self) -> Bool[np.ndarray, " m"]:
         """Which components are of orientation."""
-        return _of_channels(self.channels)[0]
+        return np.array([channel in (Channel.ROTATION, Channel.TILT) for channel in self.channels], bool)
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
         """Which components of which rows were measured; all by default."""
-        return _of_channels(self.channels)[1]
+        return np.ones((1, len(self.channels)), bool)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
@@ -167,13 +165,6 @@ class AbstractObservation(ABC):
     def own_errors(self, seen: Linearised) -> OwnErrors | None:
         """Errors of the rows, where these are neither positions nor orientations."""
         return None
-
-
-@cache
-def _of_channels(channels: tuple[Channel, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Which components are of orientation, and a row in which all are seen."""
-    turns = np.array([channel in (Channel.ROTATION, Channel.TILT) for channel in channels], bool)
-    return frozen(turns), frozen(np.ones((1, len(channels)), bool))
 
 
 class AbstractReadings(ABC):

@@ -49,12 +49,6 @@ class WrittenOrientation(NamedTuple):
     def take(self, rows: np.ndarray) -> "WrittenOrientation":
         return self._replace(numbers=self.numbers[rows])
 
-    def joined(self, other: "WrittenOrientation | None") -> "WrittenOrientation | None":
-        """These rows and then another's; None where they are written otherwise."""
-        if other is None or other.name != self.name:
-            return None
-        return self._replace(numbers=np.concatenate([self.numbers, other.numbers]))
-
 
 def _euler(axes: str) -> Orientation:
     marks = zip(axes.lower(), ("", "'", "''") if axes.isupper() else ("", "", ""), strict=True)

@@ -56,13 +56,13 @@ def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, tmp_path):
     for k, (_, picture) in enumerate(pictures):
         cv2.imwrite(str(tmp_path / f"{k}.png"), picture)
     target = charuco_target(BOARD, "tool")
-    found = find_corners(tmp_path, Rig((CAMERA,), (target,)))
-    assert len(found.id) > 60
-    assert found.notes[0] == f"{len(found.id)} corners in 3 pictures"
-    poses = np.stack([pictures[int(name[0])][0] for name in found.image])
-    points = target.points[found.id]
+    found, _ = find_corners(tmp_path, Rig((CAMERA,), (target,)))
+    assert found.rows > 60
+    assert found.notes[0] == f"{found.rows} corners in 3 pictures"
+    poses = np.stack([pictures[int(name[0])][0] for name in found.values["image"]])
+    points = target.points[found.values["id"].astype(int)]
     there = np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3]
-    off = found.uv - project(there, LENS).pixel
+    off = found.stacked(("u", "v")) - project(there, LENS).pixel
     assert np.sqrt((off**2).mean()) < 0.12
     assert np.abs(off.mean(0)).max() < 0.05
 
@@ -80,7 +80,7 @@ def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
     with pytest.raises(DataError, match=reason):
         find_corners(tmp_path, rig)
     cv2.imwrite(str(tmp_path / "10.png"), pictures[0][1])
-    notes = find_corners(tmp_path, rig).notes
+    notes = find_corners(tmp_path, rig)[0].notes
     assert any(re.search(reason, note) and "'9.png'" in note for note in notes)
 
 
@@ -111,12 +111,12 @@ def test_several_boards_are_told_apart_by_their_markers(tmp_path):
     pose, picture = view(paper, 0, (0.17, 0.3, -0.32), (0.17, 0.105, 0.0), 0.1)
     cv2.imwrite(str(tmp_path / "0.png"), picture)
     rig = Rig((CAMERA,), targets)
-    found = find_corners(tmp_path, rig)
-    assert len(found.id) >= 40
-    points = np.concatenate([t.points for t in targets])[rig.points_named(found.id, found.corner)]
-    points = points + (found.id >= inner)[:, None] * [0.15 + gap * DOT, 0.0, 0.0]
+    found, _ = find_corners(tmp_path, rig)
+    ids, corners = (found.values[key].astype(int) for key in ("id", "corner"))
+    points = np.concatenate([t.points for t in targets])[rig.points_named(ids, corners)]
+    points = points + (ids >= inner)[:, None] * [0.15 + gap * DOT, 0.0, 0.0]
     there = points @ pose[:3, :3].T + pose[:3, 3]
-    off = np.linalg.norm(project(there, LENS).pixel - found.uv, axis=1)
+    off = np.linalg.norm(project(there, LENS).pixel - found.stacked(("u", "v")), axis=1)
     assert np.sqrt((off**2).mean()) < 0.15
     assert any("'C'" in note for note in found.notes)
     both, _ = BoardFinder.of(targets[1:2]).find(picture)

@@ -135,8 +135,24 @@ FILES["tracker.csv"] = lambda a, b: euler_as_vector(a, b).translate(MARKS).repla
 FILES["flat.yaml"] = lambda *sides: f"robot: {sides[0].ravel().tolist()}\ntarget: {sides[1].tolist()}\n"
 FILES["halves.txt"] = lambda *sides: lines_of(np.hstack([side[:, :3].reshape(-1, 12) for side in sides]), " ")
 FILES["asked.csv"] = lambda a, b: table(a, b).replace("tvec_", "target_").replace("rvec_", "target_r")
+FILES["vectors.txt"] = lambda *sides: lines_of(
+    np.hstack([part for side in sides for part in rvec_tvec(side)])
+)
+FILES["records.json"] = lambda *both: json.dumps([*records(*both)])
 BOTH = {"Joint Dataset": [[0.1] * 6] * 15}
 FILES["log.json"] = lambda *both: json.dumps({**BOTH, "Transform Dataset": np.stack(both, axis=1).tolist()})
+
+
+def rvec_tvec(poses):
+    return Rotation.from_matrix(poses[:, :3, :3]).as_rotvec(), poses[:, :3, 3]
+
+
+def records(hands, seen):
+    """A matrix and its parts; vectors beside an error in px."""
+    for hand, turn, place in zip(hands, *rvec_tvec(seen), strict=True):
+        seen = {"rvec": turn.tolist(), "tvec": place.tolist(), "diagnostics": {"mean_reproj_px": 0.1}}
+        whole = {"H": hand.tolist(), "translation_m": hand[:3, 3].tolist()}
+        yield {"gripper_pose_base": whole, "board_detection": seen}
 
 
 def wide(hands, seen, heads, *turns, unseen=("",) * 7, more=lambda k: ""):
@@ -155,6 +171,7 @@ def named(a, b, angles="qx qy qz qw", others="", more=""):
 
 QUAT, WFIRST = Rotation.as_quat, partial(Rotation.as_quat, scalar_first=True)
 HALCON, FANUC = (partial(Rotation.as_euler, seq=seq, degrees=True) for seq in ("XYZ", "xyz"))
+OPENCV = [f"{part}vec_{k}" for part in "tr" for k in range(3)]
 UNSEEN = {
     "A": (named("A", "B"), QUAT, QUAT),
     "r": (named("r", "c"), QUAT, QUAT),
@@ -162,14 +179,9 @@ UNSEEN = {
     "short": (named("robot", "tag"), QUAT, QUAT, ()),
     "q0": (named("robot", "tag", "q0 q1 q2 q3"), WFIRST, WFIRST),
     "halcon": (named("robot", "target", "alpha beta gamma"), HALCON, HALCON, ("",) * 6),
-    "fanuc": (
-        named("robot", "t", "w p r").replace(
-            "t_x t_y t_z t_w t_p t_r", "tvec_0 tvec_1 tvec_2 rvec_0 rvec_1 rvec_2"
-        ),
-        FANUC,
-        Rotation.as_rotvec,
-        ("",) * 6,
-    ),
+    "fanuc": (" ".join([*(f"robot_{a}" for a in "xyzwpr"), *OPENCV]), FANUC, Rotation.as_rotvec, ("",) * 6),
+    "lone": (named("robot", "Kamera").replace("robot_", ""), QUAT, QUAT),
+    "letter": (named("robot", "c").replace("robot_", "").replace("c_", "c"), QUAT, QUAT),
     "detected": (named("robot", "tag", more="detected"), QUAT, QUAT, range(7), lambda k: [k not in (2, 5)]),
 }
 
@@ -294,7 +306,9 @@ def test_arrays_of_opencv(tmp_path, vectors):
     hands, seen = pairs()
     turns = [Rotation.from_matrix(p[:, :3, :3]) for p in (hands, seen)]
     a, b = [t.as_rotvec()[:, :, None] for t in turns] if vectors else [t.as_matrix() for t in turns]
-    turned, placed = ("rvec_robot", "tvec_robot") if vectors else ("R_gripper2base", "t_gripper2base")
+    turned, placed = (
+        ("rvec_gripper2base", "tvec_gripper2base") if vectors else ("R_gripper2base", "t_gripper2base")
+    )
     robot = {turned: a, placed: 1e3 * hands[:, :3, 3:], "t_target2cam": 1e3 * seen[:, :3, 3:]}
     np.savez(tmp_path / "in.npz", R_target2cam=b, camera_matrix=np.eye(3), **robot)
     found = handeye(tmp_path / "in.npz")
@@ -479,11 +493,15 @@ def test_a_knock_between_the_pairs_is_told_by_their_numbers(what, at):
 
 
 @pytest.mark.parametrize(("axes", "about"), [((0.0, 0.0, 0.8), "xy"), ((0.5, 1e-3, 1e-3), "yz")])
-def test_a_hand_that_turned_about_one_axis_is_told_another(axes, about):
+def test_a_hand_that_turned_about_one_axis_is_told_another(tmp_path, axes, about):
     """The target is below the hand, so its axes are the hand's up to signs."""
     found = handeye(pairs(axes=axes))
     assert "turn the hand more about its " in found.doubt
     assert found.doubt.split("about its ")[1][0] in about
+    rows = np.hstack([part for side in pairs(20, axes=axes, seed=7) for part in rvec_tvec(side)[::-1]])
+    head = [f"{side}_{axis}" for side in ("robot", "target") for axis in ("x", "y", "z", "rx", "ry", "rz")]
+    np.savetxt(tmp_path / "a.csv", rows, "%.6f", ",", header=",".join(head), comments="")
+    assert not any("as the pairs tell" in note for note in handeye(tmp_path / "a.csv").notes)
     still = handeye(pairs(axes=(0.0, 0.0, 0.0)))
     assert still.doubt.startswith("the camera's place is open: the hand kept one")
     assert np.abs(found.camera.xyz - X[:3, 3]).max() < found.half[0, :3].max()
@@ -513,19 +531,20 @@ def test_the_command_writes_every_form_and_ends_honestly(run, told, tmp_path):
 
 def test_wrong_files_and_mounts_are_refused(tmp_path):
     hands, seen = pairs()
-    (tmp_path / "one.csv").write_text("x[m],y[m],z[m],qx,qy,qz,qw\n0,0,0,0,0,0,1\n")
-    with refuses(FileError, "target"):
-        handeye(tmp_path / "one.csv")
-    (tmp_path / "all.pkl").write_bytes(pickle.dumps(pairs()))
-    with refuses(FileError, "may run code"):
-        handeye(tmp_path / "all.pkl")
+    wrong = {
+        "target": "x[m],y[m],z[m],qx,qy,qz,qw\n0,0,0,0,0,0,1\n",
+        "may run code": pickle.dumps((hands, seen)),
+    }
+    wrong["both mean x"] = wide(hands, seen, named("robot", "robot"), QUAT, QUAT)
+    wrong["both sides hold the same poses"] = wide(hands, hands, named("robot", "tag"), QUAT, QUAT)
+    for fact, content in wrong.items():
+        (tmp_path / "a.csv").write_bytes(content.encode() if isinstance(content, str) else content)
+        with refuses(FileError, fact):
+            handeye(tmp_path / "a.csv")
     (tmp_path / "camera.toml").write_text("[[camera]]\n")
     with refuses(FileError, "TOML", "give a robot pose") as refused:
         handeye(tmp_path / "camera.toml")
     assert "--" not in str(refused.value)
-    with refuses(FileError, "columns 1 and 8", "both mean x"):  # a reason was cut at its first comma
-        (tmp_path / "twice.csv").write_text(wide(hands, seen, named("robot", "robot"), QUAT, QUAT))
-        handeye(tmp_path / "twice.csv")
     for k in range(3):
         (tmp_path / f"shot{k}.png").write_bytes(b"")
         np.savetxt(tmp_path / f"robot{k}.txt", hands[k])

@@ -101,11 +101,7 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
         text = _CLOSED.sub("]", _OPENED.sub(r"\n\1: [", text))
     if _YAML.search(text):
         found = arrays_of_json(data)
-        return (
-            found
-            if any(isinstance(v, list) for v in found.values())
-            else _samples(text, owner)
-        )
+        return found if any(isinstance(v, list) for v in found.values()) else _samples(text, owner)
     inside = [_BRACKETED.fullmatch(line) for line in text.splitlines() if line.strip()]
     bare = "\n".join(m[1] for m in inside if m) if all(inside) else re.sub(r"[\[\](){}]", " ", text)
     head, *body = read_text(bare.encode(), path).rows
@@ -202,9 +198,9 @@ def _samples(text: str, owner: Callable[[str], bool]) -> dict[str, np.ndarray]:
             key, count, *_ = *_NUMBER.split(key), ""
             column = column if depth else token.start() - text.rfind("\n", 0, token.start())
             path = [*(outer for outer in path if outer[0] < (column, depth)), ((column, depth), key)]
-            around, is_matrix = [outer for _, outer in path[:-1]], key in ("rows", "cols", "dt", "data")
-            begin = max((k for k, own in enumerate([*around, key]) if owner(own)), default=0)
-            told = [own for own in around[begin:] if is_matrix or owner(own) or _TELLS.fullmatch(own)]
+            keys, is_matrix = [own for _, own in path], key in ("rows", "cols", "dt", "data")
+            begin = max((k for k, own in enumerate(keys) if owner(own)), default=0)
+            told = (own for own in keys[begin:-1] if is_matrix or owner(own) or _TELLS.fullmatch(own))
             name = "_".join(dict.fromkeys([*told, key]))
         at = int(count or at)
         if key or (count and name):

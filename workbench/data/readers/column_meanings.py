@@ -68,15 +68,11 @@ def dates_in(cells: Sequence[str]) -> list[tuple[Float[np.ndarray, " rows"], dat
     found = dict[tuple[float, ...], datetime]()
     for form in _DATES if cells else ():
         with suppress(ValueError, TypeError):  # no date, or with a time zone where the first has none
-            dates = [_date(cell, form) for cell in cells]
+            iso = not form and not any(map(str.isdigit, cells))
+            plain = (cell if iso else _FRACTION.sub(r"\1.\g<2>0\3", cell) for cell in cells)
+            dates = [datetime.fromisoformat(cell) if iso else datetime.strptime(cell, form) for cell in plain]
             found.setdefault(tuple((date - dates[0]).total_seconds() for date in dates), dates[0])
     return [(np.array(times), began) for times, began in found.items()]
-
-
-def _date(cell: str, form: str) -> datetime:
-    if not form and not cell.isdigit():
-        return datetime.fromisoformat(cell)
-    return datetime.strptime(_FRACTION.sub(r"\1.\g<2>0\3", cell), form)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -305,28 +301,36 @@ def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (),
     """
     numbers = (n for n, own in columns.items() if any(map(NUMBER.fullmatch, own)))
     unread = [name for name in numbers if headings.meaning_of(name) != "time"]
-    long = [n for n in unread if key == "x" and len(columns[n]) > MIN_ROWS]  # states, times step one way
+    of_place = unread if key == "x" else []
+    long = [n for n in of_place if len(columns[n]) > MIN_ROWS]  # states, times step one way
     signs = {n: {*np.sign(np.diff(numbers_in(tuple(columns[n])))).tolist()} for n in long}
     varied = [n for n in unread if not (_RATE.search(normalised(n)) or len(signs.get(n, "")) == 1)]
     fitting = [n for n in varied if (unit := headings.unit_apart(n)[1]) is None or suits(unit, key)]
-    own = [n for n in unread if key == "x" and headings.CONTROLLER.search(n)]
-    computed = [n for n in own if not headings.is_of_measurement(n)]
+    computed = [n for n in of_place if headings.CONTROLLER.search(n) and not headings.is_of_measurement(n)]
     likely = sorted(fitting, key=lambda n: n in computed or is_commanded(n))
-    bare = {normalised(parse_heading(n).name): n for n in unread if key == "x" and not is_commanded(n)}
+    bare = {normalised(parse_heading(n).name): n for n in of_place if not is_commanded(n)}
     told = headings.known_together({n: columns[h] for n, h in bare.items()}).items()
-    places = {k: bare[n] for n, k in told}
+    places, left_out = {k: bare[n] for n, k in told}, listed(unread, longest=3)
     likely = [places[axis] for axis in "xyz"] if {*"xyz"} <= places.keys() else likely
-    left_out = listed(unread, longest=3)
+    digits = {re.sub(r"\D", "", headings.unit_apart(n)[0]): n for n in likely}
+    counted = [digits[str(k)] for k in range(1, (lacks or len(likely)) + 1) if str(k) in digits]
     if len(likely) < (lacks or 1):
+        words = [n for n, own in columns.items() if n not in unread and 1 < len({*own}) <= len(own) / 2]
+        if key == "x" and not varied and words:
+            how = remedy(f" with columns='contact={words[0]}' (--columns)", page=f": {CHOOSE_ON_PAGE}")
+            return f"; if '{words[0]}' names what was touched, say so{how}"
         return f"; the columns left out ({left_out}) have other units" if varied and not likely else ""
     if off := [name for plain, name in bare.items() if _DEVIATION.fullmatch(plain)]:
         return f"; {span(off)} are deviations: write nominal + deviation in columns x[mm], y[mm], z[mm]"
     if key == "x":
         sets = _triples({} if places else dict(enumerate(unread)), has_actual=False)  # as of an instrument
-        distance = f"distance{'[mm]' * (headings.unit_apart(likely[0])[1] is None)}"
+        unit = "[mm]" * (headings.unit_apart(likely[0])[1] is None)
+        keys = [f"distance{k}{unit}" for k in range(1, len(counted) + 1)] if len(counted) > 1 else "xyz"
         ways = [[*zip("xyz", (unread[k] for k in own), strict=True)] for own in sets]
-        ways = ways or [[*zip("xyz" if len(likely) > 2 else [distance], likely, strict=False)]]
+        keys = keys if len(likely) > 2 else [f"distance{unit}"]
+        ways = ways or [[*zip(keys, counted if len(counted) > 2 else likely, strict=False)]]
     else:
+        likely = counted if len(counted) == lacks > 0 and key == "q1" else likely  # whatever their language
         joints = [f"q{k}" for k in range(1, int(key[1:]) + len(likely))]
         at = (at or (len(read), 0)) if read and len(likely) == 1 else (len(read),)  # a rail may be first
         orders = ([*read[:k], *likely[: lacks or None], *read[k:]] for k in at)

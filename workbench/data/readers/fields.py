@@ -16,7 +16,7 @@ from workbench.data.readers.headings import numbers_in
 from workbench.data.readers.table import Table
 
 MISSING = re.compile(
-    r"(?i)[\W_]*|nan|#?n/?a|#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid"
+    r"(?i)[\W_]*|nan|#?n/?a|-?1?\.?#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid"
 )
 """Cells without a value: blank, of signs alone, words that say so, or errors of a spreadsheet."""
 MAX_NUMBER = 1e50

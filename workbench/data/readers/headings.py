@@ -58,10 +58,11 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
         (r"(?:r|(?:rotvec|rotation_vector|rv|rvec)_?)([xyz])", "r{0}"),
         (r"r_?([123])_?([123])", "r{0}{1}"),
-        (r"(?:smr|reflector|prism|target)(?:_name)?|collection::group::name", "point"),
+        (r"(?:smr|reflector|prism|target)(?:_name)?|collection::group::name|sitz|kegel", "point"),
         (r"(?:m|marker|smr|reflector|prism|led|ball)_?(\d+)_?([xyz])", "m{0}{1}"),
         (r"(?:sigma|std)_?(x|y|z|rx|ry|rz|roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
+        (r"datum_uhrzeit|date_time", "time"),
         (r"(force|moment)_([xyz])", "{0}_{1}"),
     )
 )
@@ -99,15 +100,15 @@ _GROUPED = re.compile(
     r"[-+]?\d{1,3}(([ '’\u202f])\d{3}(\2\d{3})*([.,]\d*)?|([.,])\d{3}(\5\d{3})*(?!\5)[.,]\d+)"
 )
 _UNIT_ENDING = re.compile(
-    r"(.+?)[_ ](?:(mm|cm|um|µm|m|in|deg|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)|(mm|deg|rad)([_ ][xyz]))"
+    r"(.+?)[_ ](?:(mm|cm|um|µm|m|in|deg|derece|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)|(mm|deg|rad)([_ ][xyz]))"
 )
 _POINTS = ["{a}{k}", "{a}_{k}", "p{k}{a}", *(f"{p}{{k}}_{{a}}" for p in ("p", "p_", "pt", "point", "point_"))]
 """How points of the tool are counted: x1, x_1, p1x, P1.X, pt_1_x …"""
 
 
 def normalised(name: str) -> str:
-    """Lower case, with one underscore for blanks, hyphens and dots: 'Achse 1' gives 'achse_1'."""
-    return re.sub(r"[\s\-./_()]+", "_", name.strip().lower()).strip("_")
+    """Lower case, with one underscore for blanks, hyphens, dots and humps: 'Achse 1' gives 'achse_1'."""
+    return re.sub(r"[\s\-./_()]+|(?<=[a-z]{2})(?=[A-Z])", "_", name.strip()).strip("_").lower()
 
 
 def joint_name(name: str) -> str:

@@ -21,6 +21,9 @@ from workbench.parts import parts
 
 LABELS = ("point", "group", "image")
 """Columns by which rows are joined, the first that both have."""
+_FORMS = "(?!)()", r"^(?=.*[^\W\d_])\D*?0*(\d+)\D*$", r"^(.*[^\W\d_].*)[-_. ]\d{1,2}$"
+_SAME, _NUMBER, _STEM = map(re.compile, _FORMS)
+"""A name itself; its only number, as `Pose_01` and `pose1` are one; `P1` of `P1-2`, a second reading."""
 
 
 class AbstractJoin(ABC):
@@ -42,14 +45,15 @@ def join(measured: Fields, joints: Fields) -> Fields:
     mine, theirs = _names(measured), _names(joints)
     label = next((key for key in LABELS if key in measured.values and key in joints.values), "")
     columns = [(label, label)] if label else [*product(mine, theirs)]
-    for form, plain in ((str, str), (_number, _number), (_stem, str)):
+    for form, plain in ((_SAME, _SAME), (_NUMBER, _NUMBER), (_STEM, _SAME)):
         for key, other in columns:
-            names, known = tuple(map(form, mine[key])), tuple(map(plain, theirs[other]))
+            both = (form, mine[key]), (plain, theirs[other])
+            names, known = ([pattern.sub(r"\1", name) for name in own] for pattern, own in both)
             own, are_once = {*known}, len({*known}) == len(known) > 1
             shared = sum(name in own for name in names)  # of as many rows they may be counted otherwise
             is_apart = key == other and 2 * shared > len(names) and measured.rows != joints.rows
             if are_once and ({*names} == own or is_apart or (label and shared)):
-                if form is _stem:
+                if form is _STEM:
                     ends = [re.findall(r"\d*$", name)[0] or "1" for name in mine[key]]
                     measured = replace(measured, values={**measured.values, "point": np.array(ends)})
                 return _by_label(measured, joints, key, names, known)
@@ -57,16 +61,6 @@ def join(measured: Fields, joints: Fields) -> Fields:
         return _by_label(measured, joints, label, mine[label], theirs[label])
     way = next((way for way in parts("joins", AbstractJoin) if way.applies(measured, joints)), None)
     return by_row(measured, joints) if way is None else way.join(measured, joints)
-
-
-def _number(name: str) -> str:
-    """The only number of a name: `Pose_01` and `pose1` are one."""
-    return re.sub(r"^(?=.*[^\W\d_])\D*?0*(\d+)\D*$", r"\1", name)
-
-
-def _stem(name: str) -> str:
-    """`P1` of `P1-2`, the second reading or reflector there."""
-    return re.sub(r"^(.*[^\W\d_].*)[-_. ]\d{1,2}$", r"\1", name)
 
 
 def joined_alone(fields: Fields) -> Fields:

@@ -5,7 +5,6 @@ import csv
 import re
 from collections import Counter
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 from workbench.base.errors import FileError
@@ -50,8 +49,8 @@ def read_text(data: bytes, path: Path) -> Grid:
         rows, numbers = [[*head, *["-"] * (width - len(head))], *rows], [numbers[0] - 1, *numbers]
     notes = [f"text in {encoding}"] if encoding != "utf-8-sig" else []
     notes += [f"fields are separated by {SEPARATORS[separator]}"] if separator != "," else []
-    grid = Grid(source=str(path), rows=rows, lines=numbers, is_text=True, comments=tuple(comments))
-    return with_points(replace(grid, notes=tuple(notes)))
+    told = {"comments": tuple(comments), "notes": tuple(notes)}
+    return with_points(Grid(source=str(path), rows=rows, lines=numbers, is_text=True, **told))
 
 
 def decode(data: bytes, path: Path) -> tuple[str, str]:

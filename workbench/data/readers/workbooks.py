@@ -24,8 +24,8 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
         names = known or list(grids) or ["Sheet1"]
         text = f"choose one of the sheets {listed(known or list(grids))}, such as sheet='{names[0]}'"
         raise FileError(f"{wanted}{text}, or {ONE_TABLE}", path=str(path))
-    others = len(grids) - 1 if sheet is None else 0
-    note = f"read from sheet '{found[0]}'" + (f"; {others} other not read" if others else "")
+    others = f"; {len(grids) - 1} other not read" * (sheet is None and len(grids) > 1)
+    note = f"read from sheet '{found[0]}'{others}"
     return with_points(replace(grids[found[0]], notes=(note,)))
 
 

@@ -23,8 +23,8 @@ from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.files import read_bytes
 from workbench.base.progress import Cancelled, cancelled, progress
 from workbench.base.wording import listed, plural
-from workbench.data.dataset import Labels
 from workbench.data.readers.arrays import PICTURES
+from workbench.data.readers.fields import Fields
 from workbench.extras.camera.camera import opencv
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, PictureTarget
@@ -75,31 +75,6 @@ def markers_in(picture: Picture, name: str) -> tuple[Float[np.ndarray, "n 4 2"],
     if names is None or not len(names):
         return np.zeros((0, 4, 2)), np.zeros(0, int)
     return np.array(corners, float).reshape(-1, 4, 2), np.asarray(names).ravel().astype(int)
-
-
-@dataclass(frozen=True, eq=False)
-class PixelRows:
-    """Corners found in pictures, one a row, as a table has them.
-
-    Args:
-        image: Name of the picture.
-        camera: Name of the camera; "" where there is one only.
-        id: Of the tag, or of the board's corner.
-        corner: Number of the tag's corner; 0 where an id has one point.
-        uv: Where it is in the picture [px].
-        pictures: All that were looked at, in their order; none: those that show corners.
-        source: Where they came from, for messages.
-        notes: Each decision that was taken on the way, in one sentence.
-    """
-
-    image: Labels
-    camera: Labels
-    id: Int[np.ndarray, " n"]
-    corner: Int[np.ndarray, " n"]
-    uv: Float[np.ndarray, "n 2"]
-    pictures: tuple[str, ...] = ()
-    source: str = "pictures"
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,8 +188,9 @@ def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] 
             yield read_picture(path, sizes[camera])
 
 
-def find_corners(folder: Path | str, rig: Rig, named: Collection[str] = ()) -> PixelRows:
-    """Corners in all pictures of a folder; with several cameras, of a folder each inside it, by their names.
+def find_corners(folder: Path | str, rig: Rig, named: Collection[str] = ()) -> tuple[Fields, list[str]]:
+    """Corners in all pictures of a folder, as a table has them, and the names of the pictures; with several
+    cameras, of a folder each inside it, by their names.
 
     Args:
         folder: Of the pictures.
@@ -251,8 +227,10 @@ def find_corners(folder: Path | str, rig: Rig, named: Collection[str] = ()) -> P
     ids, corners = every[:, :2].astype(int).T
     without = [(name, reason) for name, (_, reason) in zip(names, found, strict=True) if reason]
     notes = tuple(_judged(folder, finder, ids, without, len(found)))
-    cameras, images = np.repeat([camera for camera, _ in files], size), np.repeat(names, size)
-    return PixelRows(images, cameras, ids, corners, every[:, 2:], tuple(names), str(folder), notes)
+    labels = {"image": np.repeat(names, size), "camera": np.repeat([camera for camera, _ in files], size)}
+    numbers = {"id": ids.astype(str), "corner": corners.astype(str), "u": every[:, 2], "v": every[:, 3]}
+    values, lines = labels | numbers, tuple(range(len(every)))
+    return Fields(source=str(folder), lines=lines, values=values, notes=notes), names
 
 
 def _judged(

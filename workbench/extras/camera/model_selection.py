@@ -249,7 +249,7 @@ def identifiability(steps: Sequence[Json], noise: Noise, doubt: str, **more: Any
     lacking = f"what the model lacks of the tool's pose {lack} about each axis"
     notes.append(f"noise from the pictures: corners {pixel:.2f} px; {lacking}")
     told = {"title": title, "refused": refused, "advice": "".join(advice), "notes": tuple(notes)}
-    return Identifiability(**told, doubts=doubts, decided=decided, **more)
+    return Identifiability(**told, **more, doubts=doubts, decided=decided)
 
 
 def _poses(fit: Fit) -> Json:

@@ -201,8 +201,8 @@ class PixelObservation(AbstractObservation):
             out[..., bent] = np.einsum("nij,knj->nik", by_xi, moves[:, spot])
             by_unknown[mine][row, spot] = out
         rows = len(residual), residual[0].size
-        whole = residual.reshape(rows), by_twist.reshape(*rows, 6), by_unknown.reshape(*rows, len(place))
-        return Linearised(*whole)
+        by_unknown = by_unknown.reshape(*rows, len(place))
+        return Linearised(residual.reshape(rows), by_twist.reshape(*rows, 6), by_unknown)
 
     def own_errors(self, seen: Linearised) -> OwnErrors:
         """Root mean square of each picture's corners, and the error of the tool that they suggest.

@@ -6,7 +6,7 @@ turns that reach these poses: camera and target can be found, of the arm nothing
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path, PurePath
@@ -26,7 +26,7 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS, is_observed
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.corner_detection import PixelRows, find_corners, picture_files, readable
+from workbench.extras.camera.corner_detection import find_corners, picture_files, readable
 from workbench.extras.camera.lens import with_assumed, with_lenses
 from workbench.extras.camera.resection import with_corners
 from workbench.extras.camera.rig import Rig
@@ -67,44 +67,41 @@ def read_pixels(
             files = list(picture_files(Path(source), rig, named))
             sizes = [each.shape[::-1] for each in readable(files[:5], {files[0][0]: None})] or [(640, 480)]
             rig = with_assumed(rig, [""], max(sizes, key=sizes.count), CENTRE_SIGMA)
-        return pixel_data(find_corners(Path(source), rig, named), rig, beside, dof=dof)
+        corners, pictures = find_corners(Path(source), rig, named)
+        return pixel_data(corners, rig, beside, pictures, dof=dof)
     fields = read_fields(source, layout="plain").said
-    return pixel_data(_rows(fields), rig, beside or _one_a_picture(fields), dof=dof)
-
-
-def _rows(fields: Fields) -> PixelRows:
     if missing := [key for key in ("image", "id", "u", "v") if key not in fields.values]:
         heading = {"u": "u[px]", "v": "v[px]"}.get(missing[0], missing[0])
         raise FileError(f"a table of pixels needs the column '{heading}'", path=fields.source)
-    return PixelRows(
-        image=fields.values["image"],
-        camera=fields.values.get("camera", np.full(fields.rows, "")),
-        id=_whole(fields, "id"),
-        corner=_whole(fields, "corner") if "corner" in fields.values else np.zeros(fields.rows, int),
-        uv=np.stack([fields.values["u"], fields.values["v"]], axis=1),
-        source=fields.source,
-        notes=fields.notes,
-    )
+    _whole(fields, "id")  # before their joints are
+    return pixel_data(fields, rig, beside or _one_a_picture(fields), dof=dof)
 
 
 def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
-    cells = [text.removesuffix(".0") or "0" for text in fields.values[key].tolist()]
+    """Numbers of boards' corners or of tags; 0 without such a column."""
+    cells = [text.removesuffix(".0") or "0" for text in fields.values.get(key, [""] * fields.rows)]
     for row in (k for k, cell in enumerate(cells) if not re.fullmatch(r"[-+]?\d{1,18}", cell)):
         raise fields.error(f"'{cells[row][:40]}' is not a whole number of at most 18 digits", row, key)
     return np.array([*map(int, cells)], int)
 
 
 @one_thread()
-def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = None) -> Dataset:
-    """Corners and joints as a `Dataset`, a row a picture in the order of the joints; arguments as above."""
-    names, notes = _names(rows, joints)
+def pixel_data(
+    rows: Fields, rig: Rig, joints: Fields, pictures: Sequence[str] = (), *, dof: int | None = None
+) -> Dataset:
+    """Corners and joints as a `Dataset`, a row a picture in the order of the joints; arguments as above.
+    Pictures are all that were looked at; none: those that show corners."""
+    shown, uv = plain_names(rows.values["image"]), np.stack([rows.values["u"], rows.values["v"]], axis=1)
+    taken = [*dict.fromkeys(plain_names(pictures) or shown)]
+    names, notes = _names(rows, joints, taken, shown)
+    cameras = rows.values.get("camera", np.full(rows.rows, "")).tolist()
     if not rig.cameras:
-        size = (np.nanmax(rows.uv, axis=0, initial=0.0).astype(int) + 1).tolist()
-        rig = with_assumed(rig, rows.camera.tolist(), (size[0], size[1]), GUESSED_SIGMA)
-    place, camera, strange = _points(rows, rig)
+        size = (np.nanmax(uv, axis=0, initial=0.0).astype(int) + 1).tolist()
+        rig = with_assumed(rig, cameras, (size[0], size[1]), GUESSED_SIGMA)
+    place, camera, strange = _points(rows, cameras, rig)
     picture = {name: k for k, name in enumerate(names)}
-    row = np.array([picture[name] for name in plain_names(rows.image)])
-    known = (place >= 0) & np.isfinite(rows.uv).all(1)
+    row = np.array([picture[name] for name in shown])
+    known = (place >= 0) & np.isfinite(uv).all(1)
     pixels = np.full((len(names), len(rig.cameras), len(rig.names), 2), np.nan)
     where = row[known], camera[known], place[known]
     flat = np.ravel_multi_index(where, pixels.shape[:3])
@@ -112,13 +109,12 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
         r, _, p = np.unravel_index(twice[0], pixels.shape[:3])
         corner = "id {} corner {}".format(*rig.names[p])
         raise DataError(f"{rows.source}: image '{names[r]}' has {corner} twice; delete one")
-    pixels[where] = rows.uv[known]
+    pixels[where] = uv[known]
     count = np.isfinite(pixels[..., 0]).sum((1, 2))
     rig, assumed = with_lenses(rig, pixels)
     joints, posed = _driven(joints)
     data = assemble(joints, joints=6 if posed else dof, beside={"corners": count[:, None].astype(float)})
     empty = data.included & (count == 0)
-    taken = set(plain_names(rows.pictures or rows.image))
     lost = [name for name, out in zip(names, empty, strict=True) if out and name not in taken]
     notes += strange
     if lost:
@@ -136,9 +132,9 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     return with_corners(data, pixels, np.array(names), replace(rig, tool_poses=bool(posed)))
 
 
-def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
+def _names(rows: Fields, joints: Fields, taken: list[str], shown: list[str]) -> tuple[list[str], list[str]]:
     """Name of every row of joints' picture, and what was decided."""
-    taken, notes = list(dict.fromkeys(plain_names(rows.pictures or rows.image))), list[str]()
+    notes = list[str]()
     both = f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)}"
     names, labels = plain_names(joints.values.get("image", ())), joints.unread.items()
     if not names and (key := next((k for k, own in labels if {*plain_names(own)} == {*taken}), "")):
@@ -152,7 +148,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     if len(set(names)) < len(names):
         again = next(name for name in names if names.count(name) > 1)
         raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row per picture")
-    lacking = [name for name in dict.fromkeys(plain_names(rows.image)) if name not in set(names)]
+    lacking = [name for name in dict.fromkeys(shown) if name not in set(names)]
     if lacking:
         text = f"{both}: {listed(lacking, longest=3)} have no joints; add or delete them"
         raise DataError(text, column="image", found=tuple(lacking))
@@ -166,25 +162,25 @@ def plain_names(names: Iterable) -> list[str]:
     return [stem.lstrip("0") or "0" if stem.isdigit() else stem for stem in stems]
 
 
-def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str]]:
+def _points(rows: Fields, cameras: list[str], rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Number of every corner's point (-1 for none) and camera, and what was left out."""
-    names = list(dict.fromkeys(rows.camera.tolist()))
     known = {camera.name: k for k, camera in enumerate(rig.cameras)}
-    cameras = {name: known.get(name, 0 if not name and len(known) == 1 else None) for name in names}
-    if strange := [name for name in names if cameras[name] is None]:
+    known |= {"": 0} if len(known) == 1 else {}
+    if strange := [name for name in cameras if name not in known]:
         own = listed([camera.name for camera in rig.cameras])
         raise DataError(f"{rows.source}: the camera file has no camera '{strange[0]}'; it has {own}")
-    place = rig.points_named(rows.id, rows.corner)
+    ids, corners = _whole(rows, "id"), _whole(rows, "corner")
+    place = rig.points_named(ids, corners)
     lost = place < 0
     if lost.mean() > STRANGE:
         first = int(np.argmax(lost))
-        such = f"{int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]}"
-        text = f"{such} corner {rows.corner[first]}, are not of the target: {rig.text}"
+        such = f"{int(lost.sum())} of {len(lost)} corners, such as id {ids[first]}"
+        text = f"{such} corner {corners[first]}, are not of the target: {rig.text}"
         how = "give the one that was in view"
-        raise DataError(f"{rows.source}: {text}; {how}", column="id", found=int(rows.id[first]))
-    unknown = sorted(set(rows.id[lost].tolist()))[:8]
+        raise DataError(f"{rows.source}: {text}; {how}", column="id", found=int(ids[first]))
+    unknown = sorted(set(ids[lost].tolist()))[:8]
     notes = [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown} are left out"] if unknown else []
-    return place, np.array([cameras[name] for name in rows.camera.tolist()], int), notes
+    return place, np.array([known[name] for name in cameras], int), notes
 
 
 def _give_joints() -> str:

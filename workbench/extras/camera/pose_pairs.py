@@ -78,8 +78,6 @@ PICTURES = (
 )
 SIDES, WIDTHS = ("robot", "target"), (1, 3, 4, 6, 7, 8, 9, 12, 16)
 """Whose poses are paired, and how many numbers a pose or a part of one has."""
-PARTS = (3, 4, 6, 7, 9)
-"""Sizes that tell nothing new beside a pose's matrix."""
 HALVES = {12: (6,), 14: (7,), 24: (3, 4), 32: (16,)}
 """Shapes of a pose by how many numbers two have."""
 MIN_GROUP = 6
@@ -122,8 +120,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
     given, _, whole, alike = next(each for each in tried if each[1] <= CLEARLY * off)
     if not whole.any():
         raise grid.error(f"no row has both poses; {WANTED}")
-    rows, poses = np.flatnonzero(whole), list[np.ndarray]()
-    lost = len(whole) - len(rows)
+    poses, lost = list[np.ndarray](), int((~whole).sum())
     notes += [*found.notes, *([f"{plural(lost, 'row')} without both poses left out"] if lost else [])]
     for name, own, (data, way), (turns, how) in zip(SIDES, ways, given, alike, strict=True):
         pose = se3.pose(turns, np.asarray(data.position)[whole])
@@ -134,7 +131,7 @@ def read_pairs(*paths: Path) -> tuple[Any, ...]:
         raise grid.error("both sides hold the same poses: give the robot's and the target's in the camera")
     told = all(way is not None for _, way in given)
     pair = np.array(numbers if len(numbers) == len(whole) else range(1, len(whole) + 1))
-    return *poses, pair[rows], told, bool(EASY_HANDEYE.search(content)), [*dict.fromkeys(notes)]
+    return *poses, pair[whole], told, bool(EASY_HANDEYE.search(content)), [*dict.fromkeys(notes)]
 
 
 def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str, Any]:
@@ -152,8 +149,8 @@ def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str,
         how = min(ways, key=lambda k: np.ptp(np.trace(turns[k], axis1=2, axis2=3), axis=0).sum())
         notes.append(f"robot's and target's poses stand {how}, the robot's first")
         return dict(zip(SIDES, ways[how], strict=True))
-    whole = {n: own for n, own in arrays.items() if block(own)[:1].size in WIDTHS}
-    named = {_LETTER.sub(lambda found: LETTERS[found[0]], name): own for name, own in whole.items()}
+    whole = (n for n, own in arrays.items() if block(own)[:1].size in WIDTHS)
+    named = {_LETTER.sub(lambda found: LETTERS[found[0]], name): arrays[name] for name in whole}
     unknown = [name for name, own in named.items() if len(own) > 2]
     if unknown and {*map(_is_seen, named)} == {None}:
         text = f"nothing tells whether {listed(unknown)} are the robot's or the target's"
@@ -162,7 +159,7 @@ def _of_sides(arrays: dict[str, Any], path: Path, notes: list[str]) -> dict[str,
             raise OptionError(f"{path} holds no poses of a target: {PICTURES}", option="pairs")
         raise OptionError(f"{text}: give a file or folder of each, the robot's first", option="pairs")
     told = {_is_seen(name) for name, own in named.items() if block(own).shape[1:] in ((4, 4), (3, 4))}
-    return {n: a for n, a in named.items() if _is_seen(n) not in told or block(a)[:1].size not in PARTS}
+    return {n: a for n, a in named.items() if not (_is_seen(n) in told and 2 < block(a)[:1].size < 12)}
 
 
 def _at_one_time(arrays: dict[str, Any], notes: list[str]) -> dict[str, Any]:
@@ -187,10 +184,9 @@ def _of_one_label(
     """Rows of one label, where both sides have a column of such, and the numbers of the pairs."""
     sides = [{n: block(a) for n, a in arrays.items() if _is_seen(n) is seen} for seen in (False, True)]
     counts = [max(map(len, own.values()), default=0) for own in sides]
-    named = [[a for n, a in own.items() if LABEL.search(n)] for own in sides]
     labels = [
-        [a.astype(str) for a in own if len({*a.tolist()}) == len(a) == n]
-        for own, n in zip(named, counts, strict=True)
+        [a.astype(str) for n, a in own.items() if LABEL.search(n) and len({*a.tolist()}) == len(a) == count]
+        for own, count in zip(sides, counts, strict=True)
     ]
     if all(labels):
         (known, *_), (others, *_) = labels
@@ -240,8 +236,7 @@ def _poses(grid: Grid, seen: bool, lists: Collection[str], notes: list[str]) -> 
         position[left_out] = np.nan
     rotation, _ = read_orientation(fields, usable=~left_out)
     if rotation is None or position is None:
-        under = listed(own or [c for c in head if c], longest=4)
-        raise grid.error(f"no pose of the {SIDES[seen]} under {under}")
+        raise grid.error(f"no pose of the {SIDES[seen]} under {listed(own or head, longest=4)}")
     way = next((kind for kind in (INVERSE, DIRECT) if any(map(kind.search, own))), None)
     said = [f"the {SIDES[seen]}'s poses are read the other way round, as named"] if way is INVERSE else []
     likely = {"deg": ("angles", "degrees"), "mm": ("lengths", "mm")} if fields.missing_units else {}
@@ -250,8 +245,8 @@ def _poses(grid: Grid, seen: bool, lists: Collection[str], notes: list[str]) -> 
     written = written_orientation(fields)
     if written and any(c.removesuffix("_qw") in lists for c in own):
         written = WrittenOrientation("xyzw", np.roll(written.numbers, -1, axis=1))
-    more: dict[str, Any] = {"written": written, "source": grid.source}
-    return Dataset(np.zeros((fields.rows, 1)), position, rotation, notes=tuple(said), **more), way
+    told: dict[str, Any] = {"written": written, "source": grid.source, "notes": tuple(said)}
+    return Dataset(np.zeros((fields.rows, 1)), position, rotation, **told), way
 
 
 def _sides_of(head: Sequence[str], notes: list[str]) -> dict[str, bool | None]:
@@ -262,7 +257,7 @@ def _sides_of(head: Sequence[str], notes: list[str]) -> dict[str, bool | None]:
     """
     kinds: dict[str, bool | None] = {c: _is_seen(c) for c in head}
     rest, told = [c for c, kind in kinds.items() if kind is None], {*kinds.values()} - {None}
-    groups = [name for name, count in _groups(head).items() if count >= MIN_GROUP]
+    groups = [name for name, count in Counter(map(_owner, head)).items() if count >= MIN_GROUP]
     groups.sort(key=bool)  # what has no name before its own is the robot's
     if len(told) == 2:
         return kinds
@@ -283,11 +278,6 @@ def _owner(heading: str) -> str:
     return "" if VECTORS.search(first) else first if more else _ENTRY.sub("", first)
 
 
-def _groups(head: Sequence[str]) -> Counter[str]:
-    """How many headings begin with each name."""
-    return Counter(map(_owner, head))
-
-
 def _parts(heading: str) -> list[str]:
     return _GAP.split(parse_heading(heading).name)
 
@@ -302,7 +292,7 @@ def _heading(cell: str, head: Sequence[str]) -> str:
     if unit is None and before and last in ("m", "cm", "mm", "deg", "rad"):
         *before, last, unit = *before, last
     whose, owner = 0, _owner(cell)
-    if owner and _groups(head)[owner] >= MIN_GROUP:
+    if owner and [*map(_owner, head)].count(owner) >= MIN_GROUP:
         whose, last = 1, last if before or {*map(_is_seen, head)} != {None} else last[len(owner) :]
     stem = name.rpartition("_")[0]
     first = int(f"{stem}_0" not in head)

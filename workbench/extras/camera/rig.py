@@ -89,8 +89,7 @@ class Rig:
     ) -> Int[np.ndarray, " n"]:
         """Number of each named point among all; -1 for those that no board has."""
         place = {tuple(name): k for k, name in enumerate(self.names.tolist())}
-        named = zip(ids.tolist(), corners.tolist(), strict=True)
-        return np.array([place.get(pair, -1) for pair in named], int)
+        return np.array([place.get(p, -1) for p in zip(ids.tolist(), corners.tolist(), strict=True)], int)
 
     @property
     def text(self) -> str:
@@ -116,8 +115,7 @@ class PictureReadings(AbstractReadings):
     frames = ("camera", "target")
 
     def __post_init__(self):
-        for name in ("pixels", "sight"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        vars(self).update(pixels=frozen(self.pixels), sight=frozen(self.sight))
 
     @classmethod
     def of(cls, data: Dataset) -> "PictureReadings":

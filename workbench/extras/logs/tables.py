@@ -129,7 +129,7 @@ class Polar(AbstractTableLayout):
     words = (
         re.compile(r"azimuth?|az|hz|hori[sz]ontal(_angle)?"),
         re.compile(r"zenith?|v|za|vertical(_angle)?|(?P<level>elevation|elev|el|altitude)(_angle)?"),
-        re.compile(r"(slope_|slant_)?dist(ance)?|d|s|sd|range|r"),
+        re.compile(r"(slope_|slant_)?dist(ance|anz)?|(schräg)?strecke|d|s|sd|range|r"),
     )
 
     def matches(self, headings: list[str]) -> bool:

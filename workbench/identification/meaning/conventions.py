@@ -95,7 +95,7 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
     for factor, more in units:
         for kind in (k for k in (USUAL_ORIENTATIONS if usual else ORIENTATIONS) if k.numbers == count):
             rarity = USUAL if kind in USUAL_ORIENTATIONS else RARE
-            cost = more + (0.0 if kind.name == written.name else rarity)
+            cost = more + rarity * (kind.name != written.name)
             yield Convention(kind, factor, cost=cost)
             if usual:
                 continue
@@ -108,17 +108,13 @@ def _of_turns(data: Dataset, usual: bool) -> Iterator[Convention]:
 
 
 def turning_alike(a: Dataset, b: Dataset) -> tuple[list[tuple[Turns, str]], float]:
-    """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared; and
-    how far they turn apart [rad].
-
-    Medians over rows tell: a target seen half a turn off, or in another row's pose, takes no part.
-    """
+    """Orientations of pairs A X B = Z in which both sides turn alike and places fit; what isn't declared;
+    how far they turn apart [rad]; by medians: a target half a turn off, or another row's, takes no part."""
     few = [data.take(np.unique(np.linspace(0, len(a) - 1, COMPARED).astype(int))) for data in (a, b)]
     ways = [[(c, turns) for c, turns in conventions(data) if not c.inverse] for data in few]
     if len(a) < 2 or not all(ways):
         return [(np.asarray(data.rotation), "") for data in (a, b)], 0.0
-    places = (np.asarray(data.position) for data in few)
-    poses = [[se3.pose(t, at) for _, t in own] for at, own in zip(places, ways, strict=True)]
+    poses = [[se3.pose(t, np.asarray(d.position)) for _, t in own] for d, own in zip(few, ways, strict=True)]
     turned, others = (_between(np.array([t for _, t in own])) for own in ways)
     rows = np.array([np.median(np.abs(others - each), axis=2) for each in turned])
     off, cost = np.median(rows, axis=2), np.add.outer(*([c.cost for c, _ in own] for own in ways))
