@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_720,
     "data": 5_175,
     "plate": 4_700,
-    "identification": 8_868,
+    "identification": 8_870,
     "diagnosis": 6_584,
     "exports": 588,
     "session": 6_155,
