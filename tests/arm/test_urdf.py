@@ -9,7 +9,7 @@ from checks import DESCRIPTIONS, any_joints, check_forward, holding, joint_wrenc
 from generator import rotation
 from refusals import refuses
 
-from workbench import Frame, Motion, load_robot, read_urdf, tool_poses, write_toml, write_urdf
+from workbench import Dataset, Frame, Motion, load_robot, read_urdf, tool_poses, write_toml, write_urdf
 from workbench.arm.effects.axes import own
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.joint import JointKind
@@ -18,8 +18,9 @@ from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.arm.urdf import tip_of
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import FileError
+from workbench.base.errors import FileError, ShapeError
 from workbench.base.types import Freedom, frozen
+from workbench.data.plausibility import checked
 
 LIMIT = '<limit lower="-2" upper="2" effort="10" velocity="1"/>'
 # end link of the arm proper, and joints on the way
@@ -347,16 +348,15 @@ def with_jaw(tmp_path):
 
 def test_a_chosen_tip_holds_in_the_copy(tmp_path):
     arm = read_urdf(with_jaw(tmp_path), tip="e")
-    assert arm.dof == 2
     assert tip_of(read_urdf(with_jaw(tmp_path)), 2) == "e"
-    assert tip_of(arm, 3) == "d"
-    assert tip_of(arm, 5) is None
+    assert [tip_of(arm, count) for count in (3, 5)] == ["d", None]
+    with refuses(ShapeError, "3 joints, the robot 2", "--tip d"):
+        checked(arm, Dataset(q=np.zeros((4, 3)), position=np.zeros((4, 3))))
     copy = read_urdf(write_urdf(arm, tmp_path / "copy.urdf"))
-    assert copy.dof == 2
+    assert (arm.dof, copy.dof) == (2, 2)
     q = np.array([[0.3, -0.4]])
     assert tool_poses(copy, Motion(q)) == pytest.approx(tool_poses(arm, Motion(q)))
     again = write_urdf(copy, tmp_path / "again.urdf")
-    assert again.read_text().count("calibrated_tool") == (tmp_path / "copy.urdf").read_text().count(
-        "calibrated_tool"
-    )
+    before, after = (path.read_text().count("calibrated_tool") for path in (tmp_path / "copy.urdf", again))
+    assert before == after
     assert {node.get("name") for node in ET.parse(again).findall("link")} >= {"d", "e"}

@@ -3,6 +3,7 @@
 What the rows mean, in what units, is asked of `identification/meaning/`.
 """
 
+from collections.abc import Iterator
 from dataclasses import fields, replace
 
 import numpy as np
@@ -12,18 +13,17 @@ from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.frame import revised
 from workbench.arm.joint_units import implausible_joint, sliding
 from workbench.arm.robot import Robot
+from workbench.arm.urdf import tip_of
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.units import Quantity, conversion
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.postures import equal_rows
 
-SLACK = 0.05
-"""How far beyond a limit a joint may be without a note [rad or m]."""
+SLACK, NO_DIFFERENCE = 0.05, 1e-6
+"""How far beyond a limit a joint may be without a note, and what is no difference [rad or m]."""
 UNCOMPARED = {"row", "place", "group", "exclude", "reason"}
 """Columns that tell nothing of what was measured."""
-NO_DIFFERENCE = 1e-6
-"""Angles [rad] and lengths [m] below this are no difference."""
 
 
 def checked(robot: Robot, dataset: Dataset) -> Dataset:
@@ -34,14 +34,16 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
         raise DataError(f"{dataset.source}: {why}; give the joints, or identify only camera and target")
     if (own := len(robot.limits)) != dataset.joints:
         numbers = f"the data have {dataset.joints} joints, the robot {own}: choose the robot measured"
+        if tip := tip_of(robot, dataset.joints):
+            numbers += f", or its chain of {dataset.joints} joints by --tip {tip}"
         raise ShapeError(f"{dataset.source}: {numbers}", expected=own, found=dataset.joints)
     q = dataset.q[dataset.included] if dataset.included.any() else None
     refuse_joint_units(robot, q, dataset.joint_units, dataset.source)
     if q is None:
         return dataset
     dataset = _without_copies(dataset)
-    notes = _joint_notes(dataset, robot.limits)
-    return revised(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
+    notes = dict.fromkeys((*dataset.notes, *_joint_notes(dataset, robot.limits)))
+    return revised(dataset, notes=tuple(notes))
 
 
 def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
@@ -83,20 +85,18 @@ def refuse_joint_units(robot: Robot, q: np.ndarray | None, units: tuple[str, ...
     raise DataError(f"{source}: {far}: {guess}", joint=joint)
 
 
-def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str]:
+def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> Iterator[str]:
     """Joints that never move or go beyond their limits."""
     q, rows = dataset.q[dataset.included], dataset.row[dataset.included]
-    notes = []
     is_outside = (q < limits[:, 0] - SLACK) | (q > limits[:, 1] + SLACK)
     for joint in np.flatnonzero(is_outside.any(0)):
         (low, high), outside = limits[joint], rows[is_outside[:, joint]]
         where = f"outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s)"
-        notes.append(f"joint {joint + 1} is {where}, first in data row {outside[0]}")
+        yield f"joint {joint + 1} is {where}, first in data row {outside[0]}"
     still = (np.flatnonzero(np.ptp(q, axis=0) < NO_DIFFERENCE) + 1).tolist()
     if len(q) > 1 and still:
         why = "their errors can't be distinguished from their neighbours'"
-        notes.append(f"joint(s) {', '.join(map(str, still))} never move: {why}")
-    return notes
+        yield f"joint(s) {', '.join(map(str, still))} never move: {why}"
 
 
 def _without_copies(dataset: Dataset) -> Dataset:

@@ -47,6 +47,8 @@ from workbench.report.result_display import AbstractReported
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 """Corrections of an arm's constants beyond these [m], [rad] are implausible as manufacturing errors …"""
+LONG, ALONE = 0.01, 50.0
+"""… lengths beyond this, too, if they are so many times as far off as usual ones: a table of another arm …"""
 IMPLAUSIBLE_SHARE, CERTAIN = 0.1, 3.0
 """… as are flanges that move by this share of the reach, or by that angle, on average within the limits; both
 if they exceed so many standard errors."""
@@ -200,10 +202,12 @@ class Run(AbstractReported, AbstractValidation):
         """Corrections too large for manufacturing errors: constants, largest first, unless they cancel; else
         the flange, as where an error is spread over many of them."""
         found, far, nominal = [], dict[str, float](), self.fit.problem.robot
+        both = zip(self.fit.parameters, self.fit.x.tolist(), strict=True)
+        lengths = [abs(x - p.nominal) for p, x in both if p.is_geometry and p.unit == "m" and x != p.nominal]
+        longest = float(np.clip(ALONE * np.median(lengths or [1.0]), LONG, IMPLAUSIBLE_LENGTH))
         for p, value, std in zip(self.fit.parameters, self.fit.x.tolist(), self.fit.std, strict=True):
-            maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
-            moved = value - p.nominal
-            if p.is_geometry and abs(moved) > max(maximum, CERTAIN * std):
+            maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else longest
+            if p.is_geometry and abs(moved := value - p.nominal) > max(maximum, CERTAIN * std):
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
                 found.append((abs(moved) / maximum, f"{p.text} {size}"))
                 far[p.name] = value
@@ -217,8 +221,7 @@ class Run(AbstractReported, AbstractValidation):
         off, known = off_nominal(self.fit.arm, nominal, sampled(nominal)), self.transfer.anywhere
         if off.position > max(IMPLAUSIBLE_SHARE * nominal.reach, CERTAIN * known.position):
             return (f"flange {1e3 * off.position:.0f} mm from nominal within the limits",)
-        turned = self.fit.problem.sees_rotation
-        if turned and off.rotation > max(IMPLAUSIBLE_ANGLE, CERTAIN * known.rotation):
+        if self.fit.problem.sees_rotation and off.rotation > max(IMPLAUSIBLE_ANGLE, CERTAIN * known.rotation):
             return (f"flange {np.rad2deg(off.rotation):.0f}° from nominal within the limits",)
         return ()
 

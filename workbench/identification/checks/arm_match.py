@@ -89,9 +89,8 @@ def sister(nominal: Robot, found: Robot) -> str:
     data, off = misfit(found, nominal)
     if (rival := other_arm(nominal, data, off / CLEAR)) is None:
         return ""
-    sizes = f"to {in_mm(rival.position)}, this arm's to {in_mm(off)}"
-    choose = f"choose the robot '{rival.other}' if it was measured"
-    return f"the lengths found are those of '{rival.other}' {sizes}: {choose}"
+    sizes = f"those of '{rival.other}' to {in_mm(rival.position)}, this arm's to {in_mm(off)}"
+    return f"the lengths found are {sizes}: choose the robot '{rival.other}' if it was measured"
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
