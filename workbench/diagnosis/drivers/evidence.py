@@ -415,6 +415,12 @@ class DriverEvidence:
         is_sure = self._against_play(left, best, lag) >= np.log(CERTAIN)
         return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
 
+    @property
+    def delay(self) -> float:
+        """By how long places are later than joints beside the model [s, or rows]; 0 if no speed is known."""
+        lags = [(f, o.term) for f, o in self.beside.items() if f.shape is Shape.LAG]
+        return sum(self._delay(f, (*self._model, term)) for f, term in lags)  # of all joints: one
+
     def _delay(self, lag: Follower, model: Model) -> float:
         """By how long places are later than joints in a model with this process [s]."""
         return coefficients(self.grams, model)[lag.candidate.names[0]]
