@@ -96,10 +96,6 @@ class CauseSearch:
         """The last search, at the final fit to the fitted rows."""
         return self.passes[-1]
 
-    def fits_better_than(self, other: "CauseSearch") -> bool:
-        """Whether its own rows are explained better than those of another search."""
-        return self.after.judged.main.mean < other.after.judged.main.mean
-
     def errors(self, model: Model, rows: Dataset | None = None) -> Errors:
         """Of the geometry with a model's effects, by the linear solution at the fit, on the judging rows or
         others."""

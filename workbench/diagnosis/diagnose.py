@@ -84,15 +84,15 @@ def diagnose(
     with failures() as failed:
         searched = partial(_searched, massed, rng=rng, given=robot)
         search, saved, found = searched(data, choices)
-        first, result = search, found
-        mended = None if is_other else MendedRows(data, data)
+        result, most = found, search.after.judged.main.mean
+        mended = None if is_other else MendedRows(data)
         for _ in range(MAX_MENDS):
             mended = mended and ask("rows of one arm", partial(mended.again, search, found), None)
             if mended is None:
                 break
             fewer = replace(choices, exclude={**choices.exclude, **mended.left_out})
-            again = ask("the arm by such rows", partial(searched, mended.rows, fewer), None)
-            if again is None or again[0].too_few is not None or not again[0].fits_better_than(first):
+            again = ask("the arm by such rows", partial(searched, mended.mended, fewer), None)
+            if again is None or again[0].too_few is not None or again[0].after.judged.main.mean >= most:
                 break
             search, saved, found = again
             result = mended.told(found)

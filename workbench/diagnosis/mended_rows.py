@@ -21,62 +21,57 @@ from workbench.identification.rows.course import course
 
 MAX_MENDS = 4
 """Maximum number of times that rows are mended: speeds, and so a delay, are known better each time."""
-TAKEN = "joints were taken at the times of the places"
-LEFT_OUT, BEFORE = "the rows before were left out", "before the arm changed"
-AT_END = "at an end of the motion, where its speed isn't known"
+BEFORE, AT_END = "before the arm changed", "at an end of the motion, where its speed isn't known"
 LATER = "the arm changed among the rows, and the saved one is that of the later rows alone"
 
 
 @dataclass(frozen=True, eq=False)
 class MendedRows:
-    """Rows with what was done to them.
+    """All rows of a file with what is done to them.
 
     Args:
-        whole: All rows of the file …
-        rows: … and they as mended.
         left_out: Which of them are left out, by number, and why.
         delay: By how long the places were later than the joints [s, or rows].
         followed: What the error of all rows followed.
     """
 
-    whole: Dataset
     rows: Dataset
     left_out: Mapping[int, str] = field(default_factory=dict)
     delay: float = 0.0
     followed: tuple[FollowedDriver, ...] = ()
 
+    @property
+    def mended(self) -> Dataset:
+        """They, with joints as at the times of the places."""
+        speed = course(self.rows, self.rows).speed
+        bend = course(replace(self.rows, q=speed), self.rows).speed
+        return replace(self.rows, q=self.rows.q + self.delay * (speed + 0.5 * self.delay * bend))
+
     def again(self, search: CauseSearch, found: Diagnosis) -> "MendedRows | None":
-        """They, mended by what their own diagnosis found; None if nothing is to be mended."""
-        lags = [f for f in found.followed if f.shape is Shape.LAG and f.confidence is Confidence.CERTAIN]
-        if search.drivers is not None and lags and (self.delay or found.harm == LAGGED):
-            delay, came = self.delay + search.drivers.delay, course(self.whole, self.whole)
-            bend = course(replace(self.whole, q=came.speed), self.whole)
-            q = self.whole.q + delay * (came.speed + 0.5 * delay * bend.speed)
-            ends = (came.begins | np.roll(came.begins, -1))[came.place]
+        """The same, mended by what their diagnosis found; None if nothing is to be mended."""
+        rows, lags = self.rows, [f for f in found.followed if f.shape is Shape.LAG]
+        is_sure = any(f.confidence is Confidence.CERTAIN for f in lags)
+        if search.drivers is not None and is_sure and (self.delay or found.harm == LAGGED):
+            came, delay = course(rows, rows), self.delay + search.drivers.delay
+            ends = rows.row[(came.begins | np.roll(came.begins, -1))[came.place]]
             part = replace(lags[0].parts[-1], phrase=f"{SPEED}, {came.text(delay)}")
-            return MendedRows(
-                self.whole,
-                replace(self.whole, q=q),
-                dict.fromkeys(self.whole.row[ends].tolist(), AT_END),
-                delay,
-                (replace((self.followed or lags)[0], parts=(part,)),),
-            )
+            lag = replace((self.followed or lags)[0], parts=(part,))
+            return MendedRows(rows, dict.fromkeys(ends.tolist(), AT_END), delay, (lag,))
         steps = tuple(f for f in found.followed if changes([f]))
         if found.harm != CHANGED or not steps:
             return None
-        clock, later = clock_of(self.rows)[0], [part.since for part in changes(steps)]
-        begin = max(clock[np.isin(self.rows.row, rows)].min() for rows in later)
-        early = dict.fromkeys(self.rows.row[clock < begin].tolist(), BEFORE)
-        return replace(self, left_out={**self.left_out, **early}, followed=(*self.followed, *steps))
+        clock, later = clock_of(rows)[0], [part.since for part in changes(steps)]
+        early = rows.row[clock < max(clock[np.isin(rows.row, mine)].min() for mine in later)]
+        left_out = {**self.left_out, **dict.fromkeys(early.tolist(), BEFORE)}
+        return replace(self, left_out=left_out, followed=(*self.followed, *steps))
 
     def told(self, found: Diagnosis) -> Diagnosis:
-        """The diagnosis that is made of them, with what those of the file follow."""
-        sentences = [f"The error {f.text}; {LEFT_OUT if changes([f]) else TAKEN}." for f in self.followed]
-        sentences.append(found.message)
+        """The diagnosis that is made of them, with what the error of all rows followed."""
+        done = {True: "the rows before were left out", False: "joints were taken at the times of the places"}
+        told = [f"The error {f.text}; {done[bool(changes([f]))]}." for f in self.followed]
+        told += [found.message, *[f"Warning: {LATER}."] * bool(changes(self.followed) and not found.harm)]
         harm = found.harm or (LATER if changes(self.followed) else None)
-        sentences += [f"Warning: {harm}."] * (harm != found.harm)
-        followed = (*self.followed, *found.followed)
-        return replace(found, followed=followed, harm=harm, message=" ".join(sentences))
+        return replace(found, followed=self.followed + found.followed, harm=harm, message=" ".join(told))
 
 
 def changes(followed: Sequence[FollowedDriver]) -> list[Follower]:
