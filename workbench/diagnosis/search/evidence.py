@@ -364,14 +364,10 @@ def expected(largest: Float[np.ndarray, "*n k"]) -> Float[np.ndarray, "*n k"]:
 def compatible(candidates: Sequence[Candidate], model: Model) -> list[Candidate]:
     """Candidates that may be in a model: none that it contains, or whose joint it maps otherwise."""
     present = [t.candidate for t in model]
-    taken = {n for c in present for n in c.names}
-    mapped = {(c.effect.joints, c.shrunk) for c in present if c.effect.maps_joint}
-
-    def is_mapped(c: Candidate) -> bool:
-        kinds = (True, False) if c.shrunk else (True,)
-        return c.effect.maps_joint and any((c.effect.joints, kind) in mapped for kind in kinds)
-
-    return [c for c in candidates if taken.isdisjoint(c.names) and not is_mapped(c)]
+    taken, maps = {n for c in present for n in c.names}, [c for c in present if c.effect.maps_joint]
+    mapped = {(c.effect.joints, kind) for c in maps for kind in {True, not c.shrunk}}
+    free = (c for c in candidates if not (c.effect.maps_joint and (c.effect.joints, c.shrunk) in mapped))
+    return [c for c in free if taken.isdisjoint(c.names)]
 
 
 def curved(
