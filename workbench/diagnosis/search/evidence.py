@@ -20,9 +20,10 @@ Sources: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978; Ma
 Neural Computation 4(3), 1992.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -46,6 +47,9 @@ NONZERO_ERRORS = 3.0
 """Standard errors below which a coefficient is compatible with zero."""
 CACHE_SIZE = 2
 """Size of the cache of models' residuals."""
+
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,14 +157,9 @@ def offers(left: Remainder, candidates: Sequence[Candidate], *, group: Model = (
     Masses and centres that act through the `group` of terms that they would replace also act through the
     replacement, so both are evaluated with them.
     """
-    alike: dict[tuple[str, ...], list[Candidate]] = {}
-    for c in candidates:
-        alike.setdefault(_inertia(left.grams, c, group), []).append(c)
-    return [
-        o
-        for names, ones in alike.items()
-        for o in (_weighed(left, ones, names) if names else _offers(left, ones))
-    ]
+    alike = grouped(candidates, lambda c: _inertia(left.grams, c, group))
+    found = (_weighed(left, ones, names) if names else _offers(left, ones) for names, ones in alike.items())
+    return [o for each in found for o in each]
 
 
 def _inertia(grams: Grams, candidate: Candidate, group: Model) -> tuple[str, ...]:
@@ -185,9 +184,7 @@ def _follows_load(candidate: Candidate) -> bool:
 
 def _offers(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     """The same with fixed masses; those of one size together, as this is faster."""
-    alike: dict[tuple[bool, int], list[Candidate]] = {}
-    for c in sorted(candidates, key=lambda c: not c.shrunk):
-        alike.setdefault((c.shrunk, len(c.names)), []).append(c)
+    alike = grouped(sorted(candidates, key=lambda c: not c.shrunk), lambda c: (c.shrunk, len(c.names)))
     return [o for (shrunk, _), ones in alike.items() for o in (_shrunk if shrunk else _free)(left, ones)]
 
 
@@ -395,6 +392,14 @@ def key_of(model: Model) -> tuple[tuple[Candidate, float], ...]:
 def rescaled(model: Model, factor: float) -> Model:
     """The model for residuals whose squares are multiplied by a factor."""
     return tuple(Term(t.candidate, t.precision * factor) for t in model)
+
+
+def grouped(some: Iterable[Item], label: Callable[[Item], Any]) -> dict[Any, list[Item]]:
+    """Those with the same label together."""
+    out: dict[Any, list[Item]] = {}
+    for each in some:
+        out.setdefault(label(each), []).append(each)
+    return out
 
 
 def joints_of(model: Model) -> set[int]:
