@@ -87,7 +87,7 @@ def diagnose(
         result, most = found, search.after.judged.main.mean
         mended = None if is_other else MendedRows(data)
         for _ in range(MAX_MENDS):
-            mended = mended and ask("rows of one arm", partial(mended.again, search, found), None)
+            mended = mended and ask("rows of one arm", partial(mended.again, found), None)
             if mended is None:
                 break
             fewer = replace(choices, exclude={**choices.exclude, **mended.left_out})

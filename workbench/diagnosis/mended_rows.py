@@ -11,7 +11,6 @@ import numpy as np
 
 from workbench.data.dataset import Dataset
 from workbench.data.measuring_order import clock_of
-from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.drivers.driver import SPEED, Follower, Shape
 from workbench.diagnosis.drivers.evidence import FollowedDriver
@@ -47,12 +46,11 @@ class MendedRows:
         bend = course(replace(self.rows, q=speed), self.rows).speed
         return replace(self.rows, q=self.rows.q + self.delay * (speed + 0.5 * self.delay * bend))
 
-    def again(self, search: CauseSearch, found: Diagnosis) -> "MendedRows | None":
+    def again(self, found: Diagnosis) -> "MendedRows | None":
         """The same, mended by what their diagnosis found; None if nothing is to be mended."""
-        rows, lags = self.rows, [f for f in found.followed if f.shape is Shape.LAG]
-        is_sure = any(f.confidence is Confidence.CERTAIN for f in lags)
-        if search.drivers is not None and is_sure and (self.delay or found.harm == LAGGED):
-            came, delay = course(rows, rows), self.delay + search.drivers.delay
+        rows, lags = self.rows, [f for f in found.followed if f.delay and f.confidence is Confidence.CERTAIN]
+        if lags and (self.delay or found.harm == LAGGED):
+            came, delay = course(rows, rows), self.delay + lags[0].delay
             ends = rows.row[(came.begins | np.roll(came.begins, -1))[came.place]]
             part = replace(lags[0].parts[-1], phrase=f"{SPEED}, {came.text(delay)}")
             lag = replace((self.followed or lags)[0], parts=(part,))
