@@ -414,8 +414,8 @@ class DriverEvidence:
         if best is None or best.shape is not Shape.LAG:
             return False
         left, lag = left_of(self.grams, self._model), self.beside[best]
-        is_sure = self._against_play(left, best, lag) >= np.log(CERTAIN)
-        return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
+        is_most = with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
+        return is_most and bool(self._against_play(left, best, lag) >= np.log(CERTAIN))
 
     def _delay(self, lag: Follower, model: Model) -> float:
         """By how long places are later than joints in a model with this process [s]."""
