@@ -172,7 +172,7 @@ def test_constants_that_places_hardly_show_stay_near_nominal_beside_effects():
     times worse than nominal's. Angles between poses know neither base nor tool."""
     arm, rng = load_robot("ur5e"), np.random.default_rng(2)
     true = arm.with_values({n: arm.values([n])[0] + rng.normal(0.0, 5e-4) for n in arm.default_free})
-    q = rng.uniform(-0.4, 0.4, (120, 6)) + [0.3, -1.2, 1.4, -0.8, -1.2, 0.4]
+    q = np.array([0.3, -1.2, 1.4, -0.8, -1.2, 0.4]) + rng.uniform(-0.4, 0.4, (120, 6))
     poses = true.predict(q + np.outer(3e-3 * np.cos(q[:, 1]), np.eye(6)[1]))
     points = (poses @ [0.02, 0.01, 0.05, 1.0])[:, :3] + rng.normal(0.0, 5e-5, (120, 3))
     found = diagnose(arm, rows := Dataset(q=q, position=points))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 from typing import Unpack
 
@@ -22,10 +23,10 @@ from workbench.data.measuring_order import with_directions
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
-from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_tilt import gravity_direction_causes
+from workbench.diagnosis.mended_rows import MAX_MENDS, MendedRows, changes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
 from workbench.diagnosis.payload import MISSTATED, misstated_payload, refuse_heavy
@@ -78,14 +79,23 @@ def diagnose(
     choices = choices_as_read(robot, choices)
     massed, rng = with_assumed_masses(robot), np.random.default_rng(choices.seed)
     refuse_heavy(massed, data)
-    with part_of(0.0, 0.3):
-        if isinstance(held := choices.held_out, Dataset):
-            choices = replace(choices, held_out=with_directions(held))
-        ready, gross = prepare_without_outliers(massed, with_directions(data), choices, reasons=[GROSS])
+    if is_other := isinstance(held := choices.held_out, Dataset):
+        choices = replace(choices, held_out=with_directions(held))
     with failures() as failed:
-        search = search_causes(massed, ready, rng)
-        saved = saved_model(search)
-        result = _diagnosis(search, saved, given=robot, known=choices.noise, gross=gross)
+        searched = partial(_searched, massed, rng=rng, given=robot)
+        search, saved, found = searched(data, choices)
+        result, most = found, search.after.judged.main.mean
+        mended = None if is_other else MendedRows(data)
+        for _ in range(MAX_MENDS):
+            mended = mended and ask("rows of one arm", partial(mended.again, found), None)
+            if mended is None:
+                break
+            fewer = replace(choices, exclude={**choices.exclude, **mended.left_out})
+            again = ask("the arm by such rows", partial(searched, mended.mended, fewer), None)
+            if again is None or again[0].too_few is not None or again[0].after.judged.main.mean >= most:
+                break
+            search, saved, found = again
+            result = mended.told(found)
         progress(0.9, "choosing poses to measure next")
         fit, laws = search.last.stage.fit, [c for c in result.causes if c.is_law]
         refused = {e.names for c in result.causes if not c.is_law for e in c.effects}
@@ -99,6 +109,16 @@ def diagnose(
     progress(1.0, "done")
     result = replace(result, measure_next=following[0], next_reasons=following[1])
     return replace(result, warnings=tuple(failed), seconds=perf_counter() - began)
+
+
+def _searched(
+    massed: Robot, data: Dataset, choices: FitChoices, *, rng: np.random.Generator, given: Robot
+) -> tuple[CauseSearch, SavedModel, Diagnosis]:
+    """A search in some rows, what is saved of it, and the result but for poses to measure next."""
+    with part_of(0.0, 0.3):
+        ready, gross = prepare_without_outliers(massed, with_directions(data), choices, reasons=[GROSS])
+    saved = saved_model(search := search_causes(massed, ready, rng))
+    return search, saved, _diagnosis(search, saved, given=given, known=choices.noise, gross=gross)
 
 
 def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError:
@@ -133,7 +153,7 @@ def _followed(
     laws = {e.names for c in causes if c.is_law for e in c.effects}
     sure = tuple(t for t in search.last.model if t.candidate.names in laws)
     rest, found = remaining.followed, tuple(remaining.followed)
-    if any(f.shape is Shape.CARRIED for f in found):
+    if any(f.shape in (Shape.CARRIED, Shape.HANGS) for f in found):
         return found, ""
     if sure != search.last.model:
         found = ask("what the error follows", lambda: drivers.followed(sure), ())
@@ -197,10 +217,9 @@ def _diagnosis(
     verdict, message = conclude(search, saved, causes, followed, correction, residual_map, remaining)
     before, after = search.before.held_out, search.after.held_out
     harm = harm_done(before, after, remaining.noise) if saved.effects else None
-    sure = [p for f in followed if f.confidence is not Confidence.OPEN for p in f.parts]
     if drivers is not None and ask("a lag", lambda: drivers.is_lag, False):
         harm = LAGGED
-    elif correction and any(p.shape is Shape.STEP and p.part not in ("frame", "tool") for p in sure):
+    elif correction and changes(followed):
         harm = CHANGED
     message = " ".join(filter(None, (message, *_additions(search, saved, harm))))
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)

@@ -84,10 +84,12 @@ def _hypotheses(rows: DrivenRows, carried: np.ndarray, whole: Dataset) -> dict[s
     shapes |= {"more": np.ones(len(carried)), "any": np.eye(len(carried))}
     shapes |= {"each": np.eye(len(levels))[level]} if len(levels) <= MAX_LEVELS else {}
     joints = tuple(sorted({j for e in laws for j in e.joints}))
-    process = partial(rows.follower, Driver.LOAD, MISSTATED, joints=joints, moved=moved, shape=Shape.CARRIED)
+    process = partial(rows.follower, Driver.LOAD, MISSTATED, joints=joints, moved=moved)
     mass, away = np.split(slope[rows.order], [1], axis=2)
-    found = {what: process(s.reshape(len(s), -1), together=mass, tag=what) for what, s in shapes.items()}
-    return found | {"elsewhere": process(np.ones((len(carried), 1)), together=away, tag="elsewhere")}
+    carried_by = partial(process, together=mass, shape=Shape.CARRIED)
+    found = {what: carried_by(s.reshape(len(s), -1), tag=what) for what, s in shapes.items()}
+    hung = process(np.ones((len(carried), 1)), together=away, tag="elsewhere", shape=Shape.HANGS)
+    return found | {"elsewhere": hung}
 
 
 def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[FollowedDriver, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.base.advice import beside
 from workbench.base.wording import joint_list
+from workbench.diagnosis.drivers.driver import Shape
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
@@ -51,10 +52,16 @@ class RemainingError:
         return float(np.max(ratios, initial=0.0, where=np.isfinite(ratios)))
 
     @property
+    def is_centre(self) -> bool:
+        """Whether what is left is that a payload hangs elsewhere, and nothing tells of more."""
+        alone = all(f.shape is Shape.HANGS for f in self.followed)
+        return bool(self.followed) and alone and not self.noise_ratio > MAX_NOISE_RATIO
+
+    @property
     def is_more_than_noise(self) -> bool:
         """Whether something is left to explain."""
         if np.isnan(self.noise_ratio):
-            return bool(self.followed or self.places)
+            return bool(self.followed or self.places) and not self.is_centre
         return self.noise_ratio > MAX_NOISE_RATIO
 
     def scattering(self, unsure: Collection[int] = ()) -> Readings | None:
@@ -97,6 +104,8 @@ class RemainingError:
             unsure: Joints whose error isn't understood.
         """
         text, drivers = self._compared(unsure), {f.driver for f in said}
+        if self.is_centre:
+            return f"is where the payload hangs: {self.noise.text} per axis"
         if self.followed:
             more = [f.text for f in self.followed if f.driver not in drivers]
             return f"{text}: it {' and '.join(more) or 'still does'}"

@@ -106,6 +106,8 @@ def _driver_text(followed: FollowedDriver) -> str:
         law = "give joints and places of the same times, or measure at rest"
     if followed.shape is Shape.CARRIED:
         law = "check the column 'payload', row by row and its unit, and where it hangs"
+    if followed.shape is Shape.HANGS:
+        law = "check where it hangs"
     return f"The error {followed.text}; {law}."
 
 

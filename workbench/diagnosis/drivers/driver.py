@@ -107,7 +107,8 @@ def driver_of(effect: AbstractEffect) -> Driver:
 
 class Shape(StrEnum):
     """The simplest dependences: in proportion, also under other gravity, on a load's sign alone, on time's
-    logarithm from some time on, once, by one delay of all joints, or as another payload by laws of load."""
+    logarithm from some time on, once, by one delay of all joints, or by laws of load as another payload or
+    one that hangs elsewhere."""
 
     LINE = "line"
     CREEP = "creep"
@@ -116,6 +117,7 @@ class Shape(StrEnum):
     JUMP = "jump"
     LAG = "lag"
     CARRIED = "carried"
+    HANGS = "hangs"
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +180,12 @@ class Follower:
         phrase = self.phrase.replace(TIME, "a step between rows {} and {}".format(*last))
         own = Candidate(effect, np.eye(len(effect.names)))
         return replace(self, phrase=phrase, candidate=own, shape=Shape.STEP)
+
+    @property
+    def since(self) -> np.ndarray:
+        """Numbers of the rows after it, if it is a step."""
+        assert isinstance(self.candidate.effect, DriverProcess), "followers are processes"
+        return self.candidate.effect.row[self.candidate.effect.features[:, 0] > 0.0]
 
     def text(self, beside: Sequence["Follower"]) -> str:
         """It in words, with the joints of all that are of its kind."""

@@ -154,6 +154,7 @@ class FollowedDriver:
         lead: Log odds against the best process over another driver …
         rival: … and that process; None without one.
         laws: Kinds of effects that aren't all of it, or that may be it where it can't be told from its rival.
+        delay: By how long places are later than joints, if it is their speed [s, or rows].
     """
 
     driver: Driver
@@ -161,6 +162,7 @@ class FollowedDriver:
     lead: float
     rival: Follower | None
     laws: tuple[str, ...] = ()
+    delay: float = 0.0
 
     @property
     def confidence(self) -> Confidence:
@@ -396,9 +398,9 @@ class DriverEvidence:
                     larger = (*left.model, what_add(left, [step])[step].term)
             if best.shape is Shape.LAG and self.path:  # what its linear model leaves is told later
                 against = min(before.lead, self._against_play(left, best, tried[best]))
-                text = self.path.course.text(self._delay(best, larger))
-                lag = replace(best, phrase=f"{best.phrase}, {text}")
-                found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag))
+                delay = self._delay(best, larger)
+                lag = replace(best, phrase=f"{best.phrase}, {self.path.course.text(delay)}")
+                found[best.driver] = replace(before, lead=against, parts=(*before.parts, lag), delay=delay)
                 break
             found[best.driver] = replace(before, parts=(*before.parts, shown))
             left = with_one_more(left, larger)
@@ -412,8 +414,8 @@ class DriverEvidence:
         if best is None or best.shape is not Shape.LAG:
             return False
         left, lag = left_of(self.grams, self._model), self.beside[best]
-        is_sure = self._against_play(left, best, lag) >= np.log(CERTAIN)
-        return is_sure and with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
+        is_most = with_one_more(left, (*self._model, lag.term)).square < MAX_LAG_REST * left.square
+        return is_most and bool(self._against_play(left, best, lag) >= np.log(CERTAIN))
 
     def _delay(self, lag: Follower, model: Model) -> float:
         """By how long places are later than joints in a model with this process [s]."""
@@ -481,9 +483,8 @@ class DriverEvidence:
 
         def tried(some: Sequence[float], charge: float) -> tuple[float, Follower, float]:
             steps = [process.as_step(clock, row, moment) for moment in some]
-            gains = self._gains(model, steps)
-            top = int(np.argmax(gains))
-            return gains[top] - charge, steps[top], some[top]
+            gains = (gain - charge for gain in self._gains(model, steps))
+            return max(zip(gains, steps, some, strict=True), key=lambda each: each[0])
 
         while apart > 1 and len(moments):  # ever closer about the best one
             apart = -(-len(moments) // MAX_STEPS)
@@ -529,9 +530,8 @@ class DriverEvidence:
     def _share(self, left: Remainder, law: Model, more: Model) -> float:
         """Share of the error of some terms and more of them that is of these: what both may explain is the
         law's, which is sized without the prior that selected it."""
-        rest = tuple(t for t in more if t not in self._model)
         flat = [replace(t, precision=t.precision * (FLAT if t in law else 1.0)) for t in self._model]
-        solution = solve(self.grams, (*flat, *rest))
+        solution = solve(self.grams, (*flat, *(t for t in more if t not in self._model)))
 
         def size(terms: Model) -> float:
             mine = self.grams.columns([n for t in terms for n in t.candidate.names])

@@ -60,14 +60,10 @@ class _BacklashLoads:
     Args:
         size: Loads for the prior masses, in units of τ₀.
         slope: Derivative in the V masses and centres, in units of τ₀ and their standard deviations.
-        off: Deviation of the masses at x from the prior, in their standard deviations.
-        unit: τ₀ of each joint [N m or N].
     """
 
     size: Sides
     slope: Float[np.ndarray, "rows j v"]
-    off: Float[np.ndarray, " v"]
-    unit: Float[np.ndarray, " j"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +171,7 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Backla
     slope *= spread
     unit = np.maximum(UNCERTAIN * np.sqrt(size.var(0) + (slope**2).sum(2).mean(0)), 1e-12)
     slope /= unit[:, None]
-    return _BacklashLoads(size / unit - slope @ off, slope, off, unit)
+    return _BacklashLoads(size / unit - slope @ off, slope)
 
 
 def _holding(problem: Problem, side: Sides) -> Problem:

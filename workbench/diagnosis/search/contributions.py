@@ -4,7 +4,7 @@ The linear models are those of the cross-validation, but errors are in mm and de
 on the weights and mix positions with orientations.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -17,36 +17,25 @@ from workbench.diagnosis.search.rounds import Searched
 
 def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, "models 2"]:
     """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN if not measured."""
-    solutions = np.stack([without_each_fold(searched.grams, m)[0] for m in models], axis=2)
-    remainders = np.concatenate(list(_remainders(searched, solutions)))
-    problem = searched.stage.problem.with_noise(searched.stage.geometric_problem.noise)
-    straight, turned, _ = problem.channels
-    squares = np.stack([problem.physical(each) for each in remainders.T]) ** 2
-    errors = [
-        unit * np.sqrt(3.0 * squares[:, mine].mean(1)) if mine.any() else np.full(len(models), np.nan)
-        for mine, unit in ((straight, 1e3), (turned, float(np.rad2deg(1.0))))
-    ]
-    return np.stack(errors, axis=1)
-
-
-def _remainders(
-    searched: Searched, solutions: Float[np.ndarray, "folds gc k"]
-) -> Iterator[Float[np.ndarray, "m k"]]:
-    """Whitened residuals of the rows of the fold that each solution left out, block by block."""
     grams, stage = searched.grams, searched.stage
     problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
+    solutions = np.stack([without_each_fold(grams, m)[0] for m in models], axis=2)
     tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.model])
     steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     geometry = np.einsum("pg,fgk->fpk", grams.basis, solutions[:, : grams.geometry])
     pieces = {block.start: piece for block, piece in problem.pieces(x, only=plain)}
-    fold = searched.fold[stage.keep]
+    fold, left = searched.fold[stage.keep], np.empty((problem.size, len(models)))
     for block, columns in candidate_columns(problem, x, tried.carriers, loaded=tried.loaded):
         piece, table = pieces[block.start], columns.table
         label = np.repeat(fold[block.rows], len(table) // len(block.rows))
-        out = np.empty((len(table), solutions.shape[2]))
-        whole = piece.residual + table @ tried.present
-        for f in np.unique(label):
+        whole, here = piece.residual + table @ tried.present, left[block.start : block.stop]
+        for f in np.unique(label):  # by the solution that left its rows out
             mine = label == f
-            out[mine] = whole[mine, None] - piece.jacobian[mine] @ geometry[f] - table[mine] @ steps[f]
-        yield out
+            here[mine] = whole[mine, None] - piece.jacobian[mine] @ geometry[f] - table[mine] @ steps[f]
+    squares = np.stack([problem.physical(each) for each in left.T]) ** 2
+    errors = [
+        unit * np.sqrt(3.0 * squares[:, mine].mean(1)) if mine.any() else np.full(len(models), np.nan)
+        for mine, unit in zip(problem.channels[:2], (1e3, float(np.rad2deg(1.0))), strict=True)
+    ]
+    return np.stack(errors, axis=1)

@@ -186,7 +186,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
             gains = np.stack([gains_of(s[:, :, :size], s[:, :, size:][:, :, mine]) for s in sides])
             side, place = divmod(int(np.argmax(gains)), len(steps))
             if gains[side, place] > 0.0:
-                step = line.timed(kind.event, line.first[steps[place]], known_before=bool(side))
+                step = line.timed(kind.event, int(line.first[steps[place]]), known_before=bool(side))
                 found.append(Candidate(step, tries=EVENT_PRIOR_ODDS * gains.size))
         if len(weights) and not isinstance(kind.event, ToolStep):
             sums, squares = (np.tensordot(w, history[:, mine], 1) for w in (weights, weights**2))
@@ -196,7 +196,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
                 pace, ordered = float(PACES[best] * span), line.clock[line.order]
                 over = min(int(np.searchsorted(ordered, begin + WARM_AT * pace)), len(ordered) - 1)
                 warm_up = WarmUp(kind.event.joints, begin=begin, pace=pace)  # from the first row on
-                event = line.timed(warm_up, line.order[over])
+                event = line.timed(warm_up, int(line.order[over]))
                 found.append(Candidate(event, tries=EVENT_PRIOR_ODDS * len(weights)))
     return found
 

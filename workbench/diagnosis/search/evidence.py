@@ -20,9 +20,10 @@ Sources: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978; Ma
 Neural Computation 4(3), 1992.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -46,6 +47,9 @@ NONZERO_ERRORS = 3.0
 """Standard errors below which a coefficient is compatible with zero."""
 CACHE_SIZE = 2
 """Size of the cache of models' residuals."""
+
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,14 +157,9 @@ def offers(left: Remainder, candidates: Sequence[Candidate], *, group: Model = (
     Masses and centres that act through the `group` of terms that they would replace also act through the
     replacement, so both are evaluated with them.
     """
-    alike: dict[tuple[str, ...], list[Candidate]] = {}
-    for c in candidates:
-        alike.setdefault(_inertia(left.grams, c, group), []).append(c)
-    return [
-        o
-        for names, ones in alike.items()
-        for o in (_weighed(left, ones, names) if names else _offers(left, ones))
-    ]
+    alike = grouped(candidates, lambda c: _inertia(left.grams, c, group))
+    found = (_weighed(left, ones, names) if names else _offers(left, ones) for names, ones in alike.items())
+    return [o for each in found for o in each]
 
 
 def _inertia(grams: Grams, candidate: Candidate, group: Model) -> tuple[str, ...]:
@@ -185,9 +184,7 @@ def _follows_load(candidate: Candidate) -> bool:
 
 def _offers(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
     """The same with fixed masses; those of one size together, as this is faster."""
-    alike: dict[tuple[bool, int], list[Candidate]] = {}
-    for c in sorted(candidates, key=lambda c: not c.shrunk):
-        alike.setdefault((c.shrunk, len(c.names)), []).append(c)
+    alike = grouped(sorted(candidates, key=lambda c: not c.shrunk), lambda c: (c.shrunk, len(c.names)))
     return [o for (shrunk, _), ones in alike.items() for o in (_shrunk if shrunk else _free)(left, ones)]
 
 
@@ -208,74 +205,63 @@ def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
 
 
 def _free(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
-    """Candidates with the same number of free coefficients."""
+    """Candidates with the same number of free coefficients, but for those that exceed their bounds, or act
+    against their load beyond noise although they may not."""
     columns = np.stack([left.grams.columns(c.names) for c in candidates])
-    largest = left.grams.bounds(columns)
+    largest, along = left.grams.bounds(columns), left.along(columns)
     known = expected(largest)
     value, vectors = np.linalg.eigh(left.inner(columns) + known[:, :, None] * np.eye(known.shape[1]))
-    along = (vectors.transpose(0, 2, 1) @ left.along(columns)[..., None])[..., 0]
     seen = value > MIN_INDEPENDENT_SHARE
-    rank = seen.sum(1)
-    taken = np.where(seen, along**2 / np.where(seen, value, 1.0), 0.0).sum(1)
+    spread = vectors * np.sqrt(seen / np.where(seen, value, 1.0))[:, None]
+    rank, taken = seen.sum(1), (np.einsum("nkr,nk->nr", spread, along) ** 2).sum(1)
     rest = np.maximum(left.square - taken, 1e-300)
     gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
-    size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
-    refused = _refused(candidates, value, vectors, size, rest, largest, left)
+    found, doubt = _sizes(spread, along, rest / max(left.freedom, 1))
+    gives_way = np.array([c.effect.gives_way for c in candidates])
+    refused = (gives_way & (found < -doubt).any(1)) | (np.abs(found) > largest + doubt).any(1)
     usable = (rank > 0) & (left.freedom > rank + 1) & ~refused
     searched = np.log([c.tries for c in candidates])
     return [Offer(Term(candidates[i]), float(gain[i] - searched[i])) for i in np.flatnonzero(usable).tolist()]
 
 
-def _refused(candidates, value, vectors, size, rest, largest, left) -> np.ndarray:
-    """Candidates that exceed their bounds, or act against their load beyond noise although they may not."""
-    found = (vectors @ size[..., None])[..., 0]
-    inverse = np.where(value > MIN_INDEPENDENT_SHARE, 1.0 / np.maximum(value, MIN_INDEPENDENT_SHARE), 0.0)
-    spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / max(left.freedom, 1))[:, None])
-    gives_way = np.array([c.effect.gives_way for c in candidates])
-    pushes = gives_way & (found < -SIGN_TOLERANCE * spread).any(1)
-    return pushes | (np.abs(found) > largest + SIGN_TOLERANCE * spread).any(1)
+def _sizes(spread, along, variance) -> tuple[Float[np.ndarray, "n k"], Float[np.ndarray, "n k"]]:
+    """Coefficients and their tolerance: `spread` is the root of their covariance for residuals of variance 1,
+    `along` what these have along them."""
+    found = np.einsum("nkr,njr,nj->nk", spread, spread, along, optimize=True)
+    return found, SIGN_TOLERANCE * np.sqrt(variance[:, None] * (spread**2).sum(2))
 
 
 def _shrunk(left: Remainder, candidates: Sequence[Candidate]) -> list[Offer]:
-    """Candidates with the same number of coefficients that share a variance: the most likely one."""
+    """Candidates with the same number of coefficients that share a variance: the most likely one; without
+    joints that would act against their load, as free ones may not."""
     grams, columns = left.grams, np.stack([left.grams.columns(c.names) for c in candidates])
-    along = left.along(columns)[..., None]
+    along = left.along(columns)
     root = grams.scale[columns - grams.geometry][..., None] * np.stack([c.root for c in candidates])
     value, vectors = np.linalg.eigh(root.transpose(0, 2, 1) @ left.inner(columns) @ root)
     value = np.maximum(value, 0.0)
     spread = root @ vectors
-    square = (spread.transpose(0, 2, 1) @ along)[..., 0] ** 2
+    square = np.einsum("nkr,nk->nr", spread, along) ** 2
     seen = value > MIN_INDEPENDENT_SHARE * value.max(1, keepdims=True)
     typical = (value * seen).sum(1) / np.maximum(seen.sum(1), 1)
     widest = ((root**2).sum(2) / grams.bounds(columns) ** 2).max(1)
-    tried = np.maximum(PRECISIONS * typical[:, None], widest[:, None])[..., None]
-    rest = left.square - (square[:, None] / (value[:, None] + tried)).sum(2)
-    charge = 0.5 * np.log1p(value[:, None] / tried).sum(2)
+    tried = np.maximum(PRECISIONS * typical[:, None], widest[:, None])
+    rest = left.square - (square[:, None] / (value[:, None] + tried[..., None])).sum(2)
+    charge = 0.5 * np.log1p(value[:, None] / tried[..., None]).sum(2)
     gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
-    found = []
+    out = []
     for i in np.flatnonzero((value.max(1) > MIN_INDEPENDENT_SHARE) & (left.freedom > 2)).tolist():
         candidate, best = candidates[i], int(np.argmax(gains[i]))
-        gain, precision = float(gains[i, best]), float(tried[i, best, 0])
-        if pushing := _pushing_joints(
-            candidate, spread[i] / np.sqrt(value[i] + precision), along[i, :, 0], rest[i, best] / left.freedom
-        ):
-            kept = [j for j in range(len(candidate.names)) if j not in pushing]
-            found += _shrunk(left, [candidate.only(kept)]) if len(kept) > 1 else []
-            continue
-        charged = gain - 0.5 * float(np.log(grams.count)) - candidate.effect.handicap
-        found.append(Offer(Term(candidate, precision), charged))
-    return found
-
-
-def _pushing_joints(candidate, spread, along, variance) -> set[int]:
-    """Indices of the coefficients that would act against their load, as in `_refused`.
-
-    `spread` is the root of their covariance for residuals of variance 1, `along` what these have along them.
-    """
-    if not (candidate.alike and candidate.effect.gives_way):
-        return set()
-    found = spread @ (spread.T @ along)
-    return set(np.flatnonzero(found < -SIGN_TOLERANCE * np.sqrt(variance * (spread**2).sum(1))).tolist())
+        precision = float(tried[i, best])
+        if candidate.alike and candidate.effect.gives_way:
+            variance = rest[i, [best]] / left.freedom
+            found, doubt = _sizes(spread[[i]] / np.sqrt(value[i] + precision), along[[i]], variance)
+            kept = np.flatnonzero(found[0] >= -doubt[0]).tolist()
+            if len(kept) < len(candidate.names):
+                out += _shrunk(left, [candidate.only(kept)]) if len(kept) > 1 else []
+                continue
+        charged = gains[i, best] - 0.5 * np.log(grams.count) - candidate.effect.handicap
+        out.append(Offer(Term(candidate, precision), float(charged)))
+    return out
 
 
 def solve(grams: Grams, model: Model) -> Float[np.ndarray, " gc"]:
@@ -364,14 +350,10 @@ def expected(largest: Float[np.ndarray, "*n k"]) -> Float[np.ndarray, "*n k"]:
 def compatible(candidates: Sequence[Candidate], model: Model) -> list[Candidate]:
     """Candidates that may be in a model: none that it contains, or whose joint it maps otherwise."""
     present = [t.candidate for t in model]
-    taken = {n for c in present for n in c.names}
-    mapped = {(c.effect.joints, c.shrunk) for c in present if c.effect.maps_joint}
-
-    def is_mapped(c: Candidate) -> bool:
-        kinds = (True, False) if c.shrunk else (True,)
-        return c.effect.maps_joint and any((c.effect.joints, kind) in mapped for kind in kinds)
-
-    return [c for c in candidates if taken.isdisjoint(c.names) and not is_mapped(c)]
+    taken, maps = {n for c in present for n in c.names}, [c for c in present if c.effect.maps_joint]
+    mapped = {(c.effect.joints, kind) for c in maps for kind in {True, not c.shrunk}}
+    free = (c for c in candidates if not (c.effect.maps_joint and (c.effect.joints, c.shrunk) in mapped))
+    return [c for c in free if taken.isdisjoint(c.names)]
 
 
 def curved(
@@ -410,6 +392,14 @@ def key_of(model: Model) -> tuple[tuple[Candidate, float], ...]:
 def rescaled(model: Model, factor: float) -> Model:
     """The model for residuals whose squares are multiplied by a factor."""
     return tuple(Term(t.candidate, t.precision * factor) for t in model)
+
+
+def grouped(some: Iterable[Item], label: Callable[[Item], Any]) -> dict[Any, list[Item]]:
+    """Those with the same label together."""
+    out: dict[Any, list[Item]] = {}
+    for each in some:
+        out.setdefault(label(each), []).append(each)
+    return out
 
 
 def joints_of(model: Model) -> set[int]:

@@ -5,7 +5,7 @@ the cross-validated error decreases. After each entry every effect is compared w
 and several maps of joints with one smooth map.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from workbench.diagnosis.search.evidence import (
     Term,
     compatible,
     drop,
+    grouped,
     left_by,
     left_of,
     left_without,
@@ -171,21 +172,14 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
 def _groups(model: Model) -> list[Model]:
     """Every term alone, all effects of one kind if there are several, all maps of one joint likewise."""
     maps = [t for t in model if t.candidate.effect.maps_joint]
-    several = (*by_claim(model), *grouped(maps, lambda term: term.candidate.effect.joints))
-    return [*((t,) for t in model), *(group for group in several if len(group) > 1)]
+    several = (*by_claim(model), *grouped(maps, lambda term: term.candidate.effect.joints).values())
+    return [*((t,) for t in model), *(tuple(group) for group in several if len(group) > 1)]
 
 
 def by_claim(model: Model) -> list[Model]:
     """Terms of one claim: those of one kind in several joints, every other term alone."""
-    return grouped(model, lambda term: kind_of(term) if term.candidate.effect.of_many_joints else id(term))
-
-
-def grouped(terms: Sequence[Term], label: Callable[[Term], object]) -> list[Model]:
-    """Terms with the same label together."""
-    out: dict[object, Model] = {}
-    for term in terms:
-        out[label(term)] = (*out.get(label(term), ()), term)
-    return list(out.values())
+    alike = grouped(model, lambda term: kind_of(term) if term.candidate.effect.of_many_joints else id(term))
+    return [tuple(group) for group in alike.values()]
 
 
 def kind_of(term: Term) -> tuple[str, str]:

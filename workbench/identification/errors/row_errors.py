@@ -189,7 +189,7 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
         return True
     before, after = (errors.spreads.get("orientation_deg", NOTHING).rms for errors in (nominal, found))
     limit = max(min(SUSPICIOUS_SHARE_OF_NOMINAL * before, SUSPICIOUS_TURN), TURN_FLOOR)
-    return has_positions and np.isfinite(before) and after > limit
+    return bool(has_positions and np.isfinite(before) and after > limit)
 
 
 MAX_SHARE_OF_REACH, MAX_TURN = 0.01, 3.0
