@@ -16,6 +16,7 @@ from workbench.base.errors import RobotError, ShapeError
 from workbench.exports import FORMS, Job, export_robot
 
 EXACT = 1e-9
+flanges = lambda arm, q: tool_poses(arm.with_frames(base=Frame(), tool=Frame()), Motion(q))  # noqa: E731
 
 
 def calibrated(name: str, seed: int = 0) -> tuple[Robot, Robot]:
@@ -35,8 +36,7 @@ def test_spreadsheets_hold_the_arm(name, tmp_path):
     assert "agrees" in done.verdict
     text = done.path.read_text()
     pose, q = readers.spreadsheet(text), any_joints(arm, 20, seed=1)
-    flanges = tool_poses(arm.with_frames(base=Frame(), tool=Frame()), Motion(q))
-    for row, wanted in zip(q, flanges, strict=True):
+    for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row), wanted, atol=EXACT)
 
 
