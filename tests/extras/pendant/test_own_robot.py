@@ -210,18 +210,17 @@ def test_tables_of_programs_are_those_of_spreadsheets(refused, tmp_path):
     (tmp_path / "lists.json").write_text(json.dumps(listed))
     lines = ("".join(f"    {key}: {v} # d: 5\n" for key, v in reversed(joint.items())) for joint in joints)
     (tmp_path / "t.yaml").write_text("# DH\ndh_parameters:\n" + "".join(f"  joint:\n{own}" for own in lines))
-    cells = [["theta", "d", "a", "alpha", "type"], *([*r, "p"] for r in rows)]
+    cells = [["my arm"], ["theta", "d", "a", "alpha", "type"], *([*r, "p"] for r in rows)]
     (tmp_path / "t.xlsx").write_bytes(workbook({"DH": cells}))
-    (tmp_path / "t.m").write_text(
-        "".join(
-            f"L = Link('offset', {q}, 'd', {d}, 'a', {a}, 'alpha', {t}, 'sigma', 1);\n" for q, d, a, t in rows
-        )
-    )
+    links = [f"offset={q}, d={d}, a={a}, alpha={t}, sigma=1" for q, d, a, t in rows]
+    keyed = ["'" + link.replace(", ", ", '").replace("=", "', ") for link in links]
+    (tmp_path / "t.m").write_text("".join(f"L = Link({link});\n" for link in keyed))
+    (tmp_path / "t.py").write_text("dh = [" + "".join(f"dict({link}),\n" for link in links) + "]")
     (tmp_path / "across.csv").write_text(
         ",J1,J2\n转角theta,0,-90\nd_mm,89.2,0\na,0,-425\nalpha,90,0\njoint_type,1,1\n"
     )
     assert read_joint_table(tmp_path / "across.csv") == table._replace(lengths=("mm",))
-    for name in ("t.json", "lists.json", "t.yaml", "t.xlsx", "t.m"):
+    for name in ("t.json", "lists.json", "t.yaml", "t.xlsx", "t.m", "t.py"):
         assert read_joint_table(tmp_path / name) == table, name
     del joints[1]["a"]
     (tmp_path / "t.json").write_text(json.dumps([*joints, {"coupling": {"type": "none"}}]))

@@ -7,7 +7,7 @@ any order, which poses tell.
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, permutations, product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,9 +34,9 @@ KINDS = {"r": "revolute", "p": "prismatic", "continuous": "revolute"} | {str(k):
 KINDS |= {"0": "revolute", "1": "prismatic"}
 KEYED = re.compile(r"([^\W\d]\w*)(?:[\"']?\s*[:=]|[\"']\s*,)[^\S\n]*(\[[^\]{}]*\]|[^\s,\[\]{}()][^\n,{}()]*)")
 """A key and what stands behind it in JSON, YAML, `Link('d', 0.4)` of MATLAB and `RevoluteDH(d=0.4)`."""
-LINK = re.compile(r"\b(?:Link|DHLink|Revolute\w*|(Prismatic)\w*)\s*\(((?:[^()]|\([^()]*\))*)\)")
+LINK = re.compile(r"\b(?:Link|DHLink|dict|Revolute\w*|(Prismatic)\w*)\s*\(((?:[^()]|\([^()]*\))*)\)")
 LINK_ORDER = (*CONSTANTS[:4], "sigma", "offset")
-"""A joint of Corke's toolboxes, in which what is 0 may be left out, and the order without names."""
+"""A joint of Corke's toolboxes, or a dict, in which 0 may be left out, and the order without names."""
 UNSAID = re.compile(r"(?m)(?:^|\s)[#%].*|\b(?:np|numpy|math|sympy)\.|\s+(?=[*/])|(?<=[*/])\s+")
 """Comments, and what may be left out of `2 * np.pi / 3`."""
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
@@ -75,6 +75,8 @@ def read_joint_table(path: Path | str) -> JointTable:
     stated = tuple(m[1] for text in grid.comments if (m := re.match(r"\s*convention\s*=\s*([\w-]+)", text)))
     if len(grid.rows) < 2:
         raise grid.error(f"names no constants of joints; {WANTED}")
+    titles = int(np.argmax([{"d", "a", "alpha"} <= {*_constants(cells)} for cells in grid.rows]))
+    grid = replace(grid, rows=grid.rows[titles:], lines=grid.lines[titles:])
     first = [cells[0] for cells in grid.rows]
     if {*CONSTANTS[:4]} <= {*_constants(first)} - {*_constants(grid.rows[0])}:  # a line for each constant
         grid = grid_of(first, [cells[1:] for cells in grid.rows], source=grid.source)

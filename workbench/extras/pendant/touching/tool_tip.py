@@ -31,10 +31,9 @@ SCHEMA = "workbench.tcp/1"
 MIN_TOUCHES = 4
 TILTED = 0.05
 """Minimum root mean square by which orientations differ along each axis of the flange [rad]."""
-WEAK = 3.0
-"""Ratio of the widest to the narrowest interval beyond which the orientations are called alike."""
-USABLE = 1e-3
-"""Half width beyond which a tip should not be used, by default [m]."""
+WEAK, USABLE = 3.0, 1e-3
+"""Ratio of the widest to the narrowest interval beyond which the orientations are called alike; half width
+beyond which a tip should not be used, by default [m]."""
 
 
 @final
@@ -98,8 +97,8 @@ class ToolTip(AbstractShown):
         return self.of.blocks(self.sentence)
 
     def json(self) -> Json:
-        found = {"xyz": self.xyz, "half_width": self.half, "more": self.more}
-        return self.of.json(SCHEMA, self.doubt or self.sentence, **found)
+        said = self.doubt or self.sentence
+        return self.of.json(SCHEMA, said, xyz=self.xyz, half_width=self.half, more=self.more)
 
 
 @checked_arguments()

@@ -37,12 +37,11 @@ from workbench.report.result_display import AbstractShown
 
 SCHEMA = "workbench.frame/1"
 MAX_ROUNDS = 30
-FLAT = 0.02
-"""Minimum extent of points across their line, as a share of that along it."""
+FLAT, MISREAD = 0.02, 10.0
+"""Minimum extent of points across their line, as a share of that along it; and a ratio of sizes by less than
+which a drawing and its touches differ."""
 POOR = 1e-3
 """Root mean square of the touches' errors beyond which a frame should not be used, by default [m]."""
-MISREAD = 10.0
-"""A drawing and its touches differ in size by less."""
 LABELS = (
     "name the touches in a column 'contact': origin, x, xy (three points), or plane, line, end (3-2-1: three "
     "on a face, two along an edge in the direction of x, one on the end), or as in --cad"
