@@ -176,10 +176,16 @@ def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndar
     return _explained(fit, problem, np.einsum("mj,mjk->mk", joints, motion[problem.component_rows]))
 
 
-def _explained(fit: Fit, problem: Problem, columns: Float[np.ndarray, "m k"]) -> tuple[np.ndarray, ...]:
-    """What a geometry leaves of some rows, to first order about its fit, and what k columns do that no
-    constant imitates; what share of the error each leaves, and its chance."""
+def _explained(
+    fit: Fit,
+    problem: Problem,
+    columns: Float[np.ndarray, "m k"],
+    more: Float[np.ndarray, "m j"] | None = None,
+) -> tuple[np.ndarray, ...]:
+    """What a geometry and more columns leave of some rows, to first order about its fit, and what k columns
+    do that none of these imitates; what share of the error each leaves, and its chance."""
     residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
+    own = own if more is None else np.hstack([own, more])
     own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
     left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))
     gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-12)
@@ -226,15 +232,17 @@ def distorted(fit: Fit) -> str:
     places = [[c is Channel.POSITION for c in b.observation.channels] for b in problem.blocks]
     if (points := problem.data.position) is None or any(sum(own) != 3 for own in places):
         return ""
-    pairs = [*combinations_with_replacement(range(3), 2)] + [(0, 0)] * bool(problem.frames.base)
-    moved = np.stack([points[:, [i]] * np.eye(3)[j] + points[:, [j]] * np.eye(3)[i] for i, j in pairs], 2)
-    moved[:, :, 6:] = (points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9))[:, :, None]
+    points, pairs = np.nan_to_num(points), [*combinations_with_replacement(range(3), 2), (0, 0)]
+    moved = [points[:, [i]] * np.eye(3)[j] + points[:, [j]] * np.eye(3)[i] for i, j in pairs[:6]]
+    moved += [points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9)]
+    moved += [each + 0.0 * points for each in np.eye(3)] + [np.cross(each, points) for each in np.eye(3)]
     columns = []
     for block, own in zip(problem.blocks, places, strict=True):
-        table = np.zeros((*block.inverse_sigma.shape, len(pairs)))
-        table[:, own] = np.nan_to_num(moved[block.rows])
-        columns.append(problem.whiten(block, table).reshape(-1, len(pairs)))
-    left, ways, shares, chances = _explained(fit, problem, np.concatenate(columns))
+        table = np.zeros((*block.inverse_sigma.shape, len(moved)))
+        table[:, own] = np.stack(moved, 2)[block.rows]
+        columns.append(problem.whiten(block, table).reshape(-1, len(moved)))
+    ways, frames = np.split(np.concatenate(columns), [6 + bool(problem.frames.base)], axis=1)
+    left, ways, shares, chances = _explained(fit, problem, ways, frames[:, -6:])
     best, way = int(shares.argmin()), ways[:, shares.argmin()]
     if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
         return ""
