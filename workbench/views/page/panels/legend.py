@@ -44,7 +44,7 @@ MARKS = tuple((float(k), f"{10**k:,}".replace(",", " ")) for k in range(DECADES 
 WIDTH, MARGIN = 300, 15
 BAR = "height:10px;border-radius:3px;margin-top:5px"
 """Style of a colour scale."""
-ENDS = 20.0, 80.0
+ENDS = 20.0, 65.0
 """Where along it there is room for words besides those at its ends [%]."""
 
 
