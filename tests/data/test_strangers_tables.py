@@ -9,6 +9,7 @@ from refusals import refuses
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.errors import DataError, FileError, WorkbenchError
 from workbench.data.readers import read_measurements
+from workbench.data.readers.headings import meaning
 from workbench.data.readers.read import read_fields
 
 SPOTS, H = ("A", "B", "C"), np.pi / 2
@@ -254,6 +255,10 @@ def test_headings_of_any_language_are_told_by_units_and_each_other(tmp_path, hea
     read = np.reshape(getattr(data, seen), (12, -1))
     assert read == pytest.approx(1e-3 * POSTURES[:, 6 : 6 + read.shape[1]])
     assert not words or data.anchor.tolist() == words
+
+
+def test_humps_part_words_but_none_that_is_known():
+    assert [*map(meaning, ("TimeStamp", "payLoad", "rotVecX", "PosX"))] == ["time", "payload", "rx", "x"]
 
 
 @pytest.mark.parametrize(

@@ -225,7 +225,7 @@ class Identification(AbstractReported, AbstractSplit):
         if self.identifiability.is_limited:
             return ()
         fit, used = self.best.fit, np.union1d(self.train_rows, np.r_[self.outlying, self.held_out_rows])
-        said = common_errors.parted_by_column(fit, rows := self.data.take(used))
+        said = common_errors.parted_by_column(fit, rows := self.data.take(used), few=bool(self.unexplained))
         said = said or common_errors.worse_by_column(fit, rows, rows.unread)
         is_known = self.best.judged.main.mean < SOME * self.nominal.judged.main.mean
         said = said or ("" if is_known else common_errors.distorted(fit))

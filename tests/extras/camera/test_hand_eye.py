@@ -464,14 +464,25 @@ def test_chessboards_counted_from_the_other_end_are_named(count):
 
 
 @pytest.mark.parametrize("mounted", ["tool", "world"])
-@pytest.mark.parametrize("scale", [1.05, 0.95, 10.0, 1.005])
-def test_a_target_of_another_size_is_told_and_spoils_nothing(mounted, scale):
-    """A mount that was 32 mm off was given as ± 5 mm."""
+@pytest.mark.parametrize(
+    ("scale", "what"),
+    [
+        (1.05, "size"),
+        (0.95, "size"),
+        (10.0, "size"),
+        (1.005, "size"),
+        (1.03, "focal length"),
+        (0.95, "depths"),
+    ],
+)
+def test_a_target_of_another_size_or_depth_is_told_and_spoils_nothing(mounted, scale, what):
+    """A mount that was 32 mm off was given as ± 5 mm; one that was 12 mm off in depth as ± 1.1 mm."""
     hands, seen = pairs(20, mounted=mounted)
-    seen[:, :3, 3] *= scale
+    seen[:, 0 if what == "size" else 2 : 3, 3] *= scale
     found = handeye((hands, seen))
     text = found.doubt if abs(scale - 1.0) > 0.01 else found.notes[-1]
     assert float(text.split("multiplied by ")[1].split()[0]) == pytest.approx(1.0 / scale, rel=2e-3)
+    assert what in text
     assert (found.mounted, off(found)[0] < 0.8) == (Mount(mounted), True)
 
 

@@ -332,13 +332,13 @@ WRIST = [
 BASE = placed([3.2, 1.9, 0.5], [0.4, -0.3, 2.5])
 
 
-def write_measured(path, convention: str, table: list, q: np.ndarray, seen: str, *, joints=None):
+def write_measured(path, convention: str, table: list, q: np.ndarray, seen: str, *, joints=None, tool=TOOL):
     """What an instrument sees of an arm 2 mm off its table, in mm and deg, mostly without units; its joints
     are at `joints`, else at q, which its file shows."""
     rng, many = np.random.default_rng(3), seen == "markers"
     rows = np.column_stack([np.array(table) * [np.pi / 180, 1e-3, 1e-3, np.pi / 180], np.zeros(6)])
     rows[:, :4] += rng.uniform(-1.0, 1.0, (6, 4)) * [1e-3, 2e-3, 2e-3, 1e-3]
-    at = VirtualArm(convention, rows, base=BASE, tool=TOOL).pose(q if joints is None else joints)
+    at = VirtualArm(convention, rows, base=BASE, tool=tool).pose(q if joints is None else joints)
     corners = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.02]])[: 3 if many else 1]
     points = 1e3 * (np.einsum("rij,mj->rmi", at[:, :3, :3], corners) + at[:, None, :3, 3])
     points[100:101] += 300.0  # one of many was mistaken
@@ -402,6 +402,19 @@ def test_rows_of_another_arm_or_that_tell_no_convention_are_refused(refused, tmp
     q = np.random.default_rng(5).uniform(-1.5, 1.5, (60, 6)) * moving
     write_measured(tmp_path / "m.csv", "dh", actual, q, "points")
     refused(facts, "new", tmp_path / "dh.csv", "--poses", tmp_path / "m.csv", "--out", tmp_path / "r.toml")
+
+
+def test_of_two_ways_to_count_that_fit_alike_none_is_written_without_force(run, tmp_path):
+    """A point near the last axis shows no direction of the last joint."""
+    write_table(tmp_path / "dh.csv", FANUC)
+    q, out = np.random.default_rng(5).uniform(-1.5, 1.5, (30, 6)), tmp_path / "r.toml"
+    q[:, 5] *= 0.2
+    write_measured(tmp_path / "m.csv", "dh", FANUC, q, "points", tool=placed([0.001, 0.0, 0.1], [0.0] * 3))
+    call = ("new", tmp_path / "dh.csv", "--poses", tmp_path / "m.csv", "--out", out)
+    for options in ((), ("--force",)):
+        status, _, said = run(*call, *options)
+        assert (status, out.exists()) == (2, bool(options))
+        assert mentions(said, "as given", "joint 6 = -q6", "--force")
 
 
 @pytest.mark.parametrize("verb", ["identify", "evaluate", "diagnose"])

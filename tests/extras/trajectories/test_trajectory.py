@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from checks import robot_of
 from refusals import mentions, refuses
+from scipy.spatial.transform import Rotation
 
 from workbench import Frame, Motion, Robot, tool_poses
 from workbench.arm.effects import EFFECTS
@@ -75,6 +76,9 @@ def test_poses_are_followed_in_one_branch(arms):
     points = correct(command_poses(model, nominal, poses, positions_only=True))
     at = tool_poses(points.commanded.calibrated, Motion(points.q))
     np.testing.assert_allclose(at[:, :3, 3], poses[:, :3, 3], atol=1e-8)
+    turn = points.commanded.poses[:, :3, :3].swapaxes(1, 2) @ at[:, :3, :3]
+    np.testing.assert_allclose(points.after.rotation, Rotation.from_matrix(turn).magnitude(), atol=1e-8)
+    assert points.before.rotation.min() > 1e-4
 
 
 def test_five_joints_meet_position_and_axis(arms):

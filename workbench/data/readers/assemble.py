@@ -41,7 +41,7 @@ _NAMED = 5
 """Rows of a kind that are named one by one."""
 COUNTERS, MAX_DIGITS = {"#", "id", "idx", "index", "no", "nr", "num", "number", "nummer", "row"}, 10
 """Columns that count rows in the file's own way, by name, and digits from which on they don't."""
-MAX_PARTS = 12
+MAX_PARTS = 40
 """Different cells of a column that may tell which rows belong together."""
 MAX_MARKERS = 20
 MIN_SHARE, MIN_SEEN = 0.5, 1.5

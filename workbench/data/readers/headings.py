@@ -117,8 +117,9 @@ def joint_name(name: str) -> str:
 
 
 def meaning(name: str) -> str | None:
-    """Key of what a column of this name (without its unit) holds, or None."""
-    return _meaning(name, tuple(known_columns().values()))
+    """Key of what a column of this name (without its unit) holds, or None; `TimeStamp` is one word, too."""
+    table, plain = tuple(known_columns().values()), name.strip()
+    return (plain != "T" and _meaning(plain.lower(), table)) or _meaning(name, table)
 
 
 @lru_cache(maxsize=1000)

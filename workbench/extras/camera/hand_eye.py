@@ -244,7 +244,8 @@ def _error(error: Float[np.ndarray, "2"]) -> str:
 
 
 def _scale(fit: PairFit) -> str:
-    return f"the target's positions fit if multiplied by {fit.scale:.4g} ± {fit.half[12]:.2g}"
+    what = "positions" if fit.along.all() else "depths (along the camera's z)"
+    return f"the target's {what} fit if multiplied by {fit.scale:.4g} ± {fit.half[12]:.2g}"
 
 
 def _fits(robot: Poses, target: Poses) -> dict[Mount, PairFit]:
@@ -280,7 +281,8 @@ def _doubt(fit: PairFit, robot: Poses, target: Poses, row: Int[np.ndarray, " row
         between = f"between pairs {row[fit.kept[fit.kept < pair][-1]]} and {row[pair]}"
         return f"the {what} moved by {_error(by)} {between}: give those before or after alone"
     if abs(fit.scale - 1.0) > MAX_SCALE and fit.rms[1] <= MAX_LEFT[1] and fit.scale > fit.half[12]:
-        size = f"{_scale(fit)}: correct the target's size, the focal length or the unit"
+        cure = "the target's size, the focal length or the unit" if fit.along.all() else "the focal length"
+        size = f"{_scale(fit)}: correct {cure}"
         return "; ".join(filter(None, [_open(fit, robot), size]))
     if (fit.rms > MAX_LEFT).any():
         differ = f"the pairs differ by {_error(fit.rms)}, whatever carries the camera"

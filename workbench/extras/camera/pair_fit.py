@@ -4,8 +4,8 @@ The closed form that suits most pairs (`resection.py`) begins Gauss–Newton on 
 of positions and rotations from the fit itself. Then each pair is judged by the others, which settles it in a
 few rounds: it is wrong if chance would have one so far off in one file of a hundred. As rarely may camera or
 target from a pair on (it was moved, which ends that), or one factor of all positions of the target (it has
-another size), save as much. Rounds begin from all pairs, and, as too many wrong ones hide each other, from
-those that suit one closed form.
+another size) or of its depths (another focal length), save as much. Rounds begin from all pairs, and, as too
+many wrong ones hide each other, from those that suit one closed form.
 """
 
 from dataclasses import dataclass, replace
@@ -32,6 +32,8 @@ MIN_PART, MIN_BOTH, MOVE_LEAVES, MIN_PAIRS = 4, 10, 0.25, 5
 rotations that it leaves at most; pairs from which on anything is judged."""
 PLACES = 50
 """Pairs from which on not every place of a move is tried."""
+SIZE, DEPTH = np.ones(3), np.array([0.0, 0.0, 1.0])
+"""Along the camera's axes, what a factor multiplies."""
 FLIPPED = np.deg2rad(165.0)
 """Errors of pairs that see the target turned by half a turn: a chessboard counted from its other end."""
 
@@ -43,6 +45,7 @@ class PairFit:
     Args:
         frames: X and Z.
         scale: By which the target's positions are multiplied.
+        along: Which of them, along the camera's axes.
         apart: Pairs that are wrong.
         errors: How far each pair's target is seen from where the fit has it [m, rad].
         left: The same along and about axes, whitened as all that follows.
@@ -54,6 +57,7 @@ class PairFit:
 
     frames: Float[np.ndarray, "2 4 4"]
     scale: float
+    along: Float[np.ndarray, "3"]
     apart: tuple[int, ...]
     errors: Float[np.ndarray, "rows 2"]
     left: Float[np.ndarray, "rows 6"]
@@ -133,13 +137,18 @@ def fit_pairs(a: Poses, b: Poses) -> PairFit:
     wrong = ~np.isin(np.arange(len(a)), suits) & (len(a) >= MIN_PAIRS)
     fit, most = (_judged(a, b, np.array([x, z]), apart) for apart in (turn > FLIPPED, wrong))
     is_better = len(most.apart) <= MAX_WRONG * len(a) and (CLEARLY * most.rms < fit.rms).any()
-    return most if fit.moved is None and is_better else fit
+    fit = most if fit.moved is None and is_better else fit
+    deep = _judged(a, b, fit.frames, np.isin(np.arange(len(a)), fit.apart), DEPTH)
+    is_deep = deep.is_scaled and fit.moved is deep.moved is None and EQUAL * deep.rms[0] < fit.rms[0]
+    return deep if is_deep else fit
 
 
-def _judged(a: Poses, b: Poses, frames: np.ndarray, apart: Bool[np.ndarray, " rows"]) -> PairFit:
+def _judged(
+    a: Poses, b: Poses, frames: np.ndarray, apart: Bool[np.ndarray, " rows"], along: np.ndarray = SIZE
+) -> PairFit:
     """The fit from some pairs, without those that contradict it; that camera or target was moved ends it."""
     rounds = MAX_ROUNDS if len(a) >= MIN_PAIRS else 0
-    fit = _refined(a, b, frames, tuple(np.flatnonzero(apart).tolist()), is_scaled=rounds > 0)
+    fit = _refined(a, b, frames, tuple(np.flatnonzero(apart).tolist()), along, 1.0 if rounds else None)
     for _ in range(rounds):
         if (move := fit.move) is not None:
             return replace(fit, moved=move)
@@ -148,25 +157,26 @@ def _judged(a: Poses, b: Poses, frames: np.ndarray, apart: Bool[np.ndarray, " ro
             if fit.is_scaled == is_scaled:
                 break
             wrong, is_scaled = fit.apart, False
-        fit = _refined(a, b, fit.frames, wrong, fit.scale if is_scaled else 1.0, is_scaled=is_scaled)
+        fit = _refined(a, b, fit.frames, wrong, along, fit.scale if is_scaled else None)
     return fit
 
 
 def _refined(
-    a: Poses, b: Poses, frames: np.ndarray, apart: tuple[int, ...], scale: float = 1.0, *, is_scaled: bool
+    a: Poses, b: Poses, frames: np.ndarray, apart: tuple[int, ...], along: np.ndarray, factor: float | None
 ) -> PairFit:
-    """Camera and target, and the scale where it is free, by Gauss–Newton."""
+    """Camera and target, and the factor where it is free, by Gauss–Newton."""
     kept, (x, z), before = np.delete(np.arange(len(a)), np.array(apart, int)), frames, np.zeros(2)
     size = np.array([max(float(np.ptp(a[kept, :3, 3], axis=0).max()), MIN_SIZE), 1.0])
-    hand, spare, free = se3.inverse(a), 3 * len(kept) - 6, 12 + is_scaled
-    step, spread = np.zeros(13), np.zeros(13)
+    hand, spare, free = se3.inverse(a), 3 * len(kept) - 6, 12 + (factor is not None)
+    step, spread, scale = np.zeros(13), np.zeros(13), factor or 1.0
     for _ in range(MAX_ROUNDS):
         to_camera, columns = x[:3, :3].T, np.zeros((len(a), 6, 13))
         columns[:, :3, :3] = columns[:, 3:, 3:6] = -to_camera
         columns[:, :3, 3:6] = to_camera @ se3.skew(se3.apply(hand, z[:3, 3]) - x[:3, 3])
         columns[:, :3, 6:9] = columns[:, 3:, 9:12] = to_camera @ hand[:, :3, :3]
-        columns[:, :3, 12] = -b[:, :3, 3]
-        every = se3.pose_error(se3.pose(b[:, :3, :3], scale * b[:, :3, 3]), se3.inverse(x) @ hand @ z)
+        columns[:, :3, 12] = -along * b[:, :3, 3]
+        seen = (1.0 + (scale - 1.0) * along) * b[:, :3, 3]
+        every = se3.pose_error(se3.pose(b[:, :3, :3], seen), se3.inverse(x) @ hand @ z)
         squares = (every[kept].reshape(-1, 2, 3) ** 2).sum((0, 2)) / size**2
         variance = (squares + EQUAL * squares.sum() / (2 * spare)) / (spare + EQUAL)
         sigma = np.maximum(size * np.sqrt(variance), EXACT)
@@ -184,4 +194,4 @@ def _refined(
     spread[:free] = np.sqrt(((vt / np.maximum(s, 1e-9 * s[0])[:, None]) ** 2).sum(0))
     errors = np.linalg.norm(every.reshape(-1, 2, 3), axis=2)
     fitted = {"left": left, "columns": columns, "basis": basis, "spread": spread, "errors": errors}
-    return PairFit(frames=np.array([x, z]), scale=scale, apart=apart, **fitted)
+    return PairFit(frames=np.array([x, z]), scale=scale, along=along, apart=apart, **fitted)

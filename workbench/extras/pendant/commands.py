@@ -101,6 +101,7 @@ def new(
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
     columns: opt.ColumnsOption = None,
+    force: Annotated[bool, option("Write the robot although another reading fits as well.")] = False,
 ) -> None:
     """Your own robot: signs, offsets, units, convention told by three pendant poses or measured rows."""
     from dataclasses import replace
@@ -112,18 +113,21 @@ def new(
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME, such as ur-kinematics, belong together")
     opt.check_writable(robot=out)
-    content: dict = {"schema": "workbench.robot/1", "file": str(out)}
+    content, doubt = dict[str, Any](schema="workbench.robot/1", file=str(out)), ""
     if apply is not None and form is not None:
         arm = applied(wb.load_robot(source, tip=tip), apply, form)
     else:
         readings = readings_of(source, tip=tip)
         shown = read_poses(poses or pose or [], readings[0].robot, columns=columns)
         found = find_convention(readings, shown)
-        arm, reading = found.robot, found.reading
+        arm, reading, doubt = found.robot, found.reading, found.doubt
         for text in found.notes:
             opt.say(text)
         content |= {"words": list(found.assumptions), "changes": list(found.changes), "tried": found.tried}
         content |= {"position_m": reading.position, "rotation_rad": reading.rotation}
     arm = replace(arm, name=name or arm.name)
-    opt.say(f"{arm.name}: {save_robot(arm, out)}")
     opt.write_result(content)
+    if force or not doubt:
+        opt.say(f"{arm.name}: {save_robot(arm, out)}")
+    if doubt:
+        opt.fail(f"{doubt}; {out} is {'written because of' if force else 'not written without'} --force")

@@ -75,9 +75,11 @@ class Compensation(AbstractShown):
     def blocks(self) -> list[Block]:
         """Predicted errors before and after, and decisions."""
         own, remains = self.commanded.expected, self.after.position.max() > ACCEPTED_ERROR
-        remains |= self.commanded.is_turned
+        remains |= self.commanded.task is Task.POSITION
         found = [("as commanded", self.before), ("corrected", self.after)][: 1 + remains]
-        rows = [(n, *(short(v) for s in e.spreads.values() for v in (s.mean, s.max))) for n, e in found]
+        rows = [
+            (n, *(short(round(v, 6)) for s in e.spreads.values() for v in (s.mean, s.max))) for n, e in found
+        ]
         mean, angle = (short(1e3 * own[0]), short(np.rad2deg(own[1]))) if own else ("–", "–")
         rows.append(("corrected (model error on held-out rows)", mean, "–", angle, "–"))
         headings = ("predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
@@ -120,7 +122,7 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
         DataError: a row beyond a limit, or for which no correction is found, with row and joint.
     """
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
-    state = Motion(q) if motion is None else motion.at(q)
+    state = begun = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
     before = _errors(commanded, state)
     after = _corrected(commanded, state)
@@ -141,6 +143,8 @@ def correct(commanded: Commanded, *, motion: Motion | None = None) -> Compensati
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
     state = state.at(frozen(np.where(worse[:, None], q, after.q)))
+    if commanded.task is Task.POSITION:  # what becomes of orientations is told
+        before, after = (_errors(replace(commanded, is_turned=True), s) for s in (begun, state))
     unseen = np.full(len(q), np.nan)  # tilts of links
     first, last = (np.array([e.position_error, e.rotation_error, unseen]) for e in (before, after))
     errors = Errors(*frozen(np.where(worse, first, last)))

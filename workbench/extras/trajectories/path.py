@@ -168,6 +168,8 @@ def _compared(calibrated: Robot, nominal: Robot, positions_only: bool | None) ->
 def _along(begun: Commanded, poses: Poses, q: JointRows, time: Times, *notes: str) -> Commanded:
     met = NEAR if begun.is_turned else MET.get(begun.task)
     notes = (*begun.notes, *notes, *([met] if met else ()))
+    if begun.task is Task.POSITION and not begun.is_turned:  # the rest is as the controller has it
+        poses = se3.pose(tool_poses(begun.nominal, Motion(q))[:, :3, :3], poses[:, :3, 3])
     return replace(begun, poses=frozen(poses), q=frozen(q), notes=notes, time=time)
 
 

@@ -9,7 +9,7 @@ alike: an instrument whose lengths are wrong. A fit is to most of the rows; data
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import combinations_with_replacement, permutations
+from itertools import chain, combinations_with_replacement, permutations
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -37,8 +37,8 @@ from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.rows.course import course
 from workbench.identification.rows.outlying_rows import robust_fit
 
-MIN_PART, MANY = 10, 100
-"""Minimum number of rows of a part, and the number that is enough."""
+MIN_PART, MIN_MOVED, MANY = 10, 4, 100
+"""Minimum number of rows of a part, of one with a base of its own, and the number that is enough."""
 PARTED, ALIKE = 0.5, 1.3
 """Ratio of errors that parts by themselves leave at most, and up to which base and tool alone explain it."""
 LOOSER = 0.1
@@ -55,6 +55,8 @@ ROUNDS, ROUNDED = 8, 5e-6
 EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
 """Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
 is none."""
+TOLD = 0.1
+"""Size of what rows show of a move, as a share of the largest, from which on it is told."""
 LONG = ("long", "short")
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
@@ -62,11 +64,14 @@ MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 
 
 @beside("columns that part the rows", "")
-def parted_by_column(fit: Fit, data: Dataset) -> str:
+def parted_by_column(fit: Fit, data: Dataset, *, few: bool = False) -> str:
     """`rows with the same 'robot' need constants of their own, which leave A 5 %, B 6 % of …`, or empty.
 
     Errors are predicted from the other rows, to first order about the fit: parts drawn by lot are predicted
     worse by themselves, since fewer rows determine as many constants.
+
+    Args:
+        few: Whether parts of few rows are asked, which tell a base of their own alone.
     """
     columns = dict(data.unread)
     if data.session is not None and len(data.sessions) > 1:
@@ -77,26 +82,29 @@ def parted_by_column(fit: Fit, data: Dataset) -> str:
     residual, jacobian = (part[: problem.size] for part in problem.evaluate(x))
     prior, posture = fit.problem.prior_at(fit.x), repeats(data)
     prior = prior._replace(jacobian=prior.jacobian[:, np.isin(fit.problem.names, problem.names)])
-    frames = np.array([re.split(r"[.[]", name)[0] in ("base", "tool") for name in problem.names])
+    kinds = np.array([re.split(r"[.[]", name)[0] for name in problem.names])
     for heading, cells in columns.items():
         check_cancelled()
         rows = {value: np.flatnonzero(cells == value) for value in dict.fromkeys(cells.tolist())}
         rows = {value: own[np.unique(posture[own], return_index=True)[1]] for value, own in rows.items()}
-        rows = {value: own[:: 1 + len(own) // MANY] for value, own in rows.items() if len(own) >= MIN_PART}
-        if len(rows) < 2:
+        is_few = few and sum(len(own) >= MIN_PART for own in rows.values()) < 2
+        least, frames = MIN_MOVED if is_few else MIN_PART, np.isin(kinds, ("base", "tool")[: 2 - is_few])
+        rows = {value: own[:: 1 + len(own) // MANY] for value, own in rows.items() if len(own) >= least}
+        if len(rows) < 2 or (is_few and not frames.any()):
             continue
         parts = np.array([np.isin(problem.component_rows, own) for own in rows.values()])
         used = parts.any(0) & (problem.inverse_sigma > 0.0)
         known = LinearisedProblem(residual[used], jacobian[used]), prior, parts[:, used]
-        together, moved, apart = (_predicted(*known, own) for own in (frames & False, frames, frames | True))
-        is_moved = moved @ moved < ALIKE**2 * (apart @ apart)
+        together, moved = (_predicted(*known, own) for own in (frames & False, frames))
+        apart = moved if is_few else _predicted(*known, frames | True)
+        is_moved = moved @ moved < ALIKE**2 * (apart @ apart) or is_few
         best = moved if is_moved else apart
         if best @ best > PARTED**2 * (together @ together):
             continue
         sizes = [np.sqrt(np.mean(np.square(off))) for off in (*(best[p] for p in parts[:, used]), together)]
         shares = [f"{v or 'blank'} {size / sizes[-1]:.0%}" for v, size in zip(rows, sizes, strict=False)]
         said = remedy(f"give columns='session={heading}' (--columns)", page=f"{CHOOSE_ON_PAGE}: session")
-        own = "a base and tool" if is_moved else "constants"
+        own = "a base" if is_few else "a base and tool" if is_moved else "constants"
         return (
             f"rows with the same '{heading}' need {own} of their own, which leave {', '.join(shares[:4])} of "
             f"the error that they have together: {said if is_moved else 'another arm? fit them one by one'}"
@@ -180,12 +188,12 @@ def _explained(
     fit: Fit,
     problem: Problem,
     columns: Float[np.ndarray, "m k"],
-    more: Float[np.ndarray, "m j"] | None = None,
+    held: Float[np.ndarray, "m h"] | None = None,
 ) -> tuple[np.ndarray, ...]:
-    """What a geometry and more columns leave of some rows, to first order about its fit, and what k columns
-    do that none of these imitates; what share of the error each leaves, and its chance."""
+    """What a geometry leaves of some rows, to first order about its fit, and what k columns do that no
+    constant, nor what is held, imitates; what share of the error each leaves, and its chance."""
     residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
-    own = own if more is None else np.hstack([own, more])
+    own = own if held is None else np.hstack([own, held])
     own = own / np.maximum(np.linalg.norm(own, axis=0), 1e-12)
     left, ways = (part - own @ np.linalg.lstsq(own, part, rcond=1e-6)[0] for part in (residual, columns))
     gained = (left @ ways) ** 2 / np.maximum((ways**2).sum(0), 1e-12)
@@ -227,22 +235,33 @@ def lag(fit: Fit, data: Dataset) -> str:
 @beside("what is wrong with the instrument", "")
 def distorted(fit: Fit) -> str:
     """`distances from the measuring frame's origin are 17 mm too long …`, or empty; likewise an axis of the
-    frame that is drawn out, or two that aren't square."""
+    frame that is drawn out, or two that aren't square; or that the base is elsewhere, if it is held, of which
+    no distortion may be a part."""
     problem = thinned(fit.problem)
     places = [[c is Channel.POSITION for c in b.observation.channels] for b in problem.blocks]
     if (points := problem.data.position) is None or any(sum(own) != 3 for own in places):
         return ""
-    points, pairs = np.nan_to_num(points), [*combinations_with_replacement(range(3), 2), (0, 0)]
-    moved = [points[:, [i]] * np.eye(3)[j] + points[:, [j]] * np.eye(3)[i] for i, j in pairs[:6]]
-    moved += [points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9)]
-    moved += [each + 0.0 * points for each in np.eye(3)] + [np.cross(each, points) for each in np.eye(3)]
-    columns = []
+    pairs = [*combinations_with_replacement(range(3), 2)] + [(0, 0)] * bool(problem.frames.base)
+    moved = np.stack([points[:, [i]] * np.eye(3)[j] + points[:, [j]] * np.eye(3)[i] for i, j in pairs], 2)
+    moved[:, :, 6:] = (points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9))[:, :, None]
+    turned = tool_poses(fit.arm.in_session(problem.data.sessions[0]), Motion.of(problem.data))[:, :3, :3]
+    about = points - np.nanmean(points, axis=0)
+    moves = {"base": [0.0 * turned + np.eye(3), -se3.skew(about)], "tool": [turned]}
+    moves = {name: move for name, move in moves.items() if not getattr(problem.frames, name)}
+    columns, moved = [], np.concatenate([moved, *chain(*moves.values())], axis=2)
     for block, own in zip(problem.blocks, places, strict=True):
-        table = np.zeros((*block.inverse_sigma.shape, len(moved)))
-        table[:, own] = np.stack(moved, 2)[block.rows]
-        columns.append(problem.whiten(block, table).reshape(-1, len(moved)))
-    ways, frames = np.split(np.concatenate(columns), [6 + bool(problem.frames.base)], axis=1)
-    left, ways, shares, chances = _explained(fit, problem, ways, frames[:, -6:])
+        table = np.zeros((*block.inverse_sigma.shape, moved.shape[2]))
+        table[:, own] = np.nan_to_num(moved[block.rows])
+        columns.append(problem.whiten(block, table).reshape(-1, moved.shape[2]))
+    every, held = np.split(np.concatenate(columns), [len(pairs)], axis=1)
+    alone, at, *_ = _explained(fit, problem, held)
+    left, ways, shares, chances = _explained(fit, problem, every, held)
+    freed, spare = held.shape[1], max(len(left) - len(fit.x) - held.shape[1], 1)
+    share = float(np.linalg.norm(left) / (np.linalg.norm(alone) + 1e-15))
+    if share < EXPLAINED and special.fdtrc(freed, spare, spare / freed * (share**-2.0 - 1.0)) < CHANCE:
+        off, names = np.linalg.norm(np.linalg.lstsq(at, alone, rcond=TOLD)[0][:3]), " and ".join(moves)
+        text = f"with the {names} {in_mm(float(off))} elsewhere the geometry leaves {100.0 * share:.2g} %"
+        return f"{text} of that: correct [{names.replace(' and ', '] and [')}], or set free = true there"
     best, way = int(shares.argmin()), ways[:, shares.argmin()]
     if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
         return ""

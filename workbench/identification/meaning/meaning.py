@@ -150,7 +150,7 @@ def ranked(search: ReadingSearch, plain: RowReading | None) -> RowMeaning:
     around = 1.0 / best.unit if held or len(search.arms) > 1 else 0.0
     q = np.random.default_rng(0).uniform(low - around, high + around, (24, len(low)))
     near = near[:NEAR]
-    alike = [r for r in near if (_same_poses if held else _same_motion)(best, r, q)]
+    alike = [r for r in near if (_same_poses if held else same_motion)(best, r, q)]
     unseen = [r for r in near if r not in alike and not held and r.score < CLEAR * floor]
     blind = [r for r in unseen if r in own and _same_points(best, r, q)]
     other = [r for r in near if r not in alike and r not in blind]
@@ -176,7 +176,7 @@ def _equal(best: RowReading, blind: list[RowReading], q: np.ndarray) -> tuple[Ro
     kept = [best]
     for r in blind:
         says_more = any({*k.changes} <= {*r.changes} for k in kept)
-        if r.cost < best.cost + HANDED and not says_more and not any(_same_motion(k, r, q) for k in kept):
+        if r.cost < best.cost + HANDED and not says_more and not any(same_motion(k, r, q) for k in kept):
             kept.append(r)
     return tuple(kept[:SHOWN]) if len(kept) > 1 else ()
 
@@ -192,13 +192,20 @@ def _same_poses(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
     return bool(one.unit == other.unit and is_near)
 
 
-def _same_motion(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
-    """Whether two readings move the flange alike at random postures, up to base and tool."""
+def same_motion(
+    one: RowReading, other: RowReading, q: np.ndarray, *, off: float = 2e-4, turned: float = 2e-3
+) -> bool:
+    """Whether two readings move the flange alike at random postures, up to base and tool.
+
+    Args:
+        off: Maximum distance, as a share of the reach.
+        turned: Maximum angle [rad].
+    """
     if (one.inverse, one.orientation, one.mirrored) != (other.inverse, other.orientation, other.mirrored):
         return False
     seen = flange_poses(one.robot, one.joints(q))[None]
     at = place(other.robot, other.joints(q)[None], seen[..., :3, 3], seen[..., :3, :3], robust=False)
-    return bool(at.error.max() < 2e-4 * one.robot.reach and at.turn.max() < 2e-3)
+    return bool(at.error.max() < off * one.robot.reach and at.turn.max() < turned)
 
 
 def _same_points(one: RowReading, other: RowReading, q: np.ndarray) -> bool:

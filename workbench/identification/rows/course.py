@@ -53,6 +53,13 @@ def course(some: Dataset, data: Dataset) -> Course:
     ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
     speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
     is_steady = bool(((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum())
+    later = np.array(data.q)
+    for mine in np.split(np.arange(len(data)), np.flatnonzero(begins)[1:]) if is_steady else ():
+        at, some = np.unique(clock[order[mine]], return_index=True)
+        if len(at) > 1:
+            way = CubicSpline(at, data.q[order[mine[some]]])
+            speed[mine] = way(clock[order[mine]], 1)
+            later[order[mine]] = way(clock[order[mine]] + delay)
     rows = np.argsort(data.row, kind="stable")
     place = np.argsort(order)[rows[np.searchsorted(data.row[rows], some.row)]]
-    return Course(steps, begins, place, speed[place], timed, is_steady)
+    return Course(steps, begins, place, speed[place], later[rows[np.searchsorted(data.row[rows], some.row)]], timed, is_steady)

@@ -6,6 +6,7 @@ couplings of the joints, and whether the table is standard or modified DH.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +24,7 @@ from workbench.data.readers.read import read_measurements
 from workbench.extras.pendant.convention import SET
 from workbench.extras.pendant.displayed import Displayed, read_display
 from workbench.extras.pendant.own_robot.table_meanings import TableReading, read_joint_table, table_readings
-from workbench.identification.meaning.meaning import RowMeaning
+from workbench.identification.meaning.meaning import RowMeaning, same_motion
 from workbench.identification.meaning.read_rows import HELD_ROWS, read_any
 from workbench.identification.meaning.reading import RowReading
 from workbench.identification.meaning.search import FEW_POINTS
@@ -34,9 +35,12 @@ MAX_ERROR = (0.005, float(np.deg2rad(0.5)))
 """Maximum error of a reading that fits: position, as a share of the arm's reach, and angle [rad]."""
 HARDLY = float(np.deg2rad(5.0))
 """Range below which a joint hardly moves [rad]."""
+AS_WELL = 1.1
+"""Ratio of errors below which another reading is as likely."""
 UNKNOWN = Frame(free=Freedom.AUTO)
 CHECK = "check every number, and that the pendant shows the flange (no tool) in the base (no user frame)"
 CHECK_ROWS = "check the table, and that its arm was measured"
+MORE = "add poses with every joint moved by 30° or more"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -49,6 +53,7 @@ class FoundConvention:
         assumptions: What was assumed of table and numbers.
         changes: What differs from the arm as it was given.
         notes: What fits, what differs, how well, and what else would, one sentence each.
+        doubt: Which other reading fits as well; empty if none does.
     """
 
     robot: Robot
@@ -57,6 +62,7 @@ class FoundConvention:
     tried: int
     changes: tuple[str, ...]
     notes: tuple[str, ...]
+    doubt: str = ""
 
 
 @checked_arguments()
@@ -88,14 +94,14 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     where = "the typed poses" if held else f"{len(data)} rows of unknown base and tool"
     seen = data if rows is None or data.position is not None else rows
     placed = (best.base @ best.flange(seen.q) @ best.tool)[:, :3, 3]
-    off = np.linalg.norm(placed - best.apply(seen, joints=False).position, axis=1)
-    far = (off > max(MAX_ERROR[0] * best.robot.reach, FAR * best.position)) & seen.included & (not held)
-    worst, which = in_mm(float(np.nanmax(off))), f"{first_of(seen.row[far], 10)} ({data.counted})"
+    error = np.linalg.norm(placed - best.apply(seen, joints=False).position, axis=1)
+    far = (error > max(MAX_ERROR[0] * best.robot.reach, FAR * best.position)) & seen.included & (not held)
+    worst, which = in_mm(float(np.nanmax(error))), f"{first_of(seen.row[far], 10)} ({data.counted})"
     shows = shown.meaning(best).assumptions if isinstance(shown, Displayed) else ()
     assumed, tried = (*table.assumptions, *filter(None, shows)), sum(found.tried.values())
     said = ", ".join(assumed)
     if held and best.apart and _fits_typed(best):
-        alone = f"pose {best.apart[0] + 1} alone is {in_mm(off[best.apart[0]])} off, the others fit to "
+        alone = f"pose {best.apart[0] + 1} alone is {in_mm(error[best.apart[0]])} off, the others fit to "
         raise DataError(f"{alone}{in_mm(best.position)} with {said}: check its numbers")
     is_near, is_exact = _fits_typed(best), held or (len(data) < FEW_POINTS and best.convention is not None)
     wrong = {} if is_near or rows is None else one_constant(first, rows, replace(found, turned=best))
@@ -104,8 +110,7 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
         nearest = f"the nearest is {best.size} off ({said}); {wrong.get('told', cure)}"
         raise DataError(f"none of {tried} readings of the table fits {where}; {nearest}")
     if either := _left_open(found, readings, data.q, held=held):
-        moves = "add poses with every joint moved by 30° or more"
-        raise DataError(f"{where} leave open how joints count: {either}; {moves}")
+        raise DataError(f"{where} leave open how joints count: {either}; {MORE}")
     robot, changes = best.on(table.robot), best.changes
     if found.equal:
         robot = table.robot
@@ -113,12 +118,18 @@ def find_convention(readings: Sequence[TableReading], poses: Displayed | Dataset
     if robot is None:
         raise DataError(f"'{first.name}' can't count so: {best.text}; give its table")
     other = f" (next best {found.margin:.3g} times worse)" if found.margin < 1e6 else ""
+    low, high = data.q.min(0) - 1.0 / best.unit, data.q.max(0) + 1.0 / best.unit
+    q, (off, turned) = np.random.default_rng(0).uniform(low, high, (24, len(low))), MAX_ERROR
+    same = partial(same_motion, best, q=q, off=2.0 * off, turned=2.0 * turned)
+    alike = [r for r in found.open if r.score < AS_WELL * best.score and not same(r)][:1]
+    ways = " and ".join(f"{', '.join(_way(r, readings))} ({r.size})" for r in (best, *alike))
     return FoundConvention(
         robot=robot.with_frames(base=UNKNOWN, tool=UNKNOWN),
         reading=best,
         assumptions=assumed,
         tried=tried,
         changes=changes,
+        doubt=f"{ways} fit alike; {MORE}, or of a point farther off the last axis" if alike else "",
         notes=(
             f"{'it fits' if is_near else 'the nearest'}: {said or 'as it was given'}",
             *(f"{'left open' if found.equal else 'change'}: {change}" for change in changes),
@@ -160,6 +171,10 @@ def _table_of(reading: RowReading, readings: Sequence[TableReading]) -> TableRea
     return next(table for table in readings if table.robot.elements is reading.robot.elements)
 
 
+def _way(reading: RowReading, readings: Sequence[TableReading]) -> tuple[str, ...]:
+    return *_table_of(reading, readings).assumptions[:1], reading.text
+
+
 def _left_open(found: RowMeaning, readings: Sequence[TableReading], q: np.ndarray, *, held: bool) -> str:
     """What the rows can't tell; where they are many and measured, not what only says more of one table."""
     best = found.best
@@ -168,7 +183,7 @@ def _left_open(found: RowMeaning, readings: Sequence[TableReading], q: np.ndarra
     still = np.flatnonzero(np.ptp(best.in_units(q), axis=0) < HARDLY)
     if len(found.open) == len(says_more) and (held or not still.size):
         return ""
-    every = ((*_table_of(r, readings).assumptions[:1], r.text) for r in (best, *found.open))
+    every = (_way(r, readings) for r in (best, *found.open))
     ways = "; or ".join([*dict.fromkeys(map(", ".join, every))][:3])
     return f"{ways}; hardly moved: joint {', '.join(str(k + 1) for k in still)}" if still.size else ways
 
@@ -205,7 +220,7 @@ def robot_that_gives(source: Path | str, poses: Sequence[str] | Path) -> Robot:
     robot, notes = readings[0].robot.with_frames(base=UNKNOWN, tool=UNKNOWN), [f"it fits: {ways[0]}"]
     if poses:
         found = find_convention(readings, read_poses(poses, robot))
-        robot, notes = found.robot, [*found.notes]
+        robot, notes = found.robot, [*found.notes, *filter(None, [found.doubt])]
     elif ways[1:]:
         raise OptionError(f"the table may be {'; or '.join(ways)}: say its convention, or give poses")
     return replace(robot, notes=(*robot.notes, *notes))
