@@ -42,9 +42,7 @@ class MendedRows:
     @property
     def mended(self) -> Dataset:
         """They, with joints as at the times of the places."""
-        speed = course(self.rows, self.rows).speed
-        bend = course(replace(self.rows, q=speed), self.rows).speed
-        return replace(self.rows, q=self.rows.q + self.delay * (speed + 0.5 * self.delay * bend))
+        return replace(self.rows, q=course(self.rows, self.rows, delay=self.delay).q)
 
     def again(self, found: Diagnosis) -> "MendedRows | None":
         """The same, mended by what their diagnosis found; None if nothing is to be mended."""

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.interpolate import CubicSpline
 
 from workbench.data.dataset import Dataset
 
@@ -19,8 +20,8 @@ class Course(NamedTuple):
         steps: By how far joints moved to each of them so, session by session [rad or m].
         begins: Which of these are the first of a session.
         place: Where in this order some rows stand.
-        speed: How fast joints moved in each of those, from those about it [rad/s or m/s; without times,
-            from row to row].
+        q: Positions of joints in each of those, or so much later [rad or m].
+        speed: How fast joints moved in each of those [rad/s or m/s; without times, from row to row].
         is_timed: Whether times tell.
         is_steady: Whether rows are near enough to each other for speeds to be so.
     """
@@ -28,6 +29,7 @@ class Course(NamedTuple):
     steps: Float[np.ndarray, "rows n"]
     begins: Bool[np.ndarray, " rows"]
     place: Int[np.ndarray, " some"]
+    q: Float[np.ndarray, "some n"]
     speed: Float[np.ndarray, "some n"]
     is_timed: bool
     is_steady: bool
@@ -39,8 +41,9 @@ class Course(NamedTuple):
         return f"as if the arm was measured {size} {side} its joints were read"
 
 
-def course(some: Dataset, data: Dataset) -> Course:
-    """How joints came to the rows of a file, of which some are asked for their speeds."""
+def course(some: Dataset, data: Dataset, *, delay: float = 0.0) -> Course:
+    """How joints came to the rows of a file, of which some are asked for their speeds, and where they are so
+    much later [s, or rows]; along a cubic spline where rows are steady."""
     timed = data.time is not None and bool(np.isfinite(data.time).all())
     clock, session = np.asarray(data.time if timed else data.row, float), np.zeros(len(data), int)
     if data.session is not None:
@@ -53,13 +56,12 @@ def course(some: Dataset, data: Dataset) -> Course:
     ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
     speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
     is_steady = bool(((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum())
-    later = np.array(data.q)
+    q = data.q[order]
     for mine in np.split(np.arange(len(data)), np.flatnonzero(begins)[1:]) if is_steady else ():
-        at, some = np.unique(clock[order[mine]], return_index=True)
-        if len(at) > 1:
-            way = CubicSpline(at, data.q[order[mine[some]]])
-            speed[mine] = way(clock[order[mine]], 1)
-            later[order[mine]] = way(clock[order[mine]] + delay)
+        times, first = np.unique(clock[order[mine]], return_index=True)
+        if len(times) > 1:
+            way = CubicSpline(times, q[mine[first]])
+            speed[mine], q[mine] = way(clock[order[mine]], 1), way(clock[order[mine]] + delay)
     rows = np.argsort(data.row, kind="stable")
     place = np.argsort(order)[rows[np.searchsorted(data.row[rows], some.row)]]
-    return Course(steps, begins, place, speed[place], later[rows[np.searchsorted(data.row[rows], some.row)]], timed, is_steady)
+    return Course(steps, begins, place, q[place], speed[place], timed, is_steady)
