@@ -16,7 +16,7 @@ from workbench.diagnosis.drivers.driver import SPEED, Follower, Shape
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.remaining_error import CHANGED, LAGGED
 from workbench.diagnosis.result import Diagnosis
-from workbench.identification.rows.course import course
+from workbench.identification.rows.course import course, joints_at
 
 MAX_MENDS = 4
 """Maximum number of times that rows are mended: speeds, and so a delay, are known better each time."""
@@ -42,9 +42,8 @@ class MendedRows:
     @property
     def mended(self) -> Dataset:
         """They, with joints as at the times of the places."""
-        speed = course(self.rows, self.rows).speed
-        bend = course(replace(self.rows, q=speed), self.rows).speed
-        return replace(self.rows, q=self.rows.q + self.delay * (speed + 0.5 * self.delay * bend))
+        q, speed = joints_at(self.rows, self.delay), course(self.rows, self.rows).speed
+        return replace(self.rows, q=np.where(np.isfinite(q), q, self.rows.q + self.delay * speed))
 
     def again(self, found: Diagnosis) -> "MendedRows | None":
         """The same, mended by what their diagnosis found; None if nothing is to be mended."""

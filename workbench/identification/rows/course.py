@@ -4,12 +4,16 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.interpolate import CubicSpline
 
 from workbench.data.dataset import Dataset
 
 STEADY = 0.3
 """Distance of a row from the straight way between its neighbours, as a share of a step, up to which rows show
 how fast joints moved."""
+
+GAP = 3.0
+"""Time between rows, in medians, from which on a spline ends there."""
 
 
 class Course(NamedTuple):
@@ -39,20 +43,42 @@ class Course(NamedTuple):
         return f"as if the arm was measured {size} {side} its joints were read"
 
 
-def course(some: Dataset, data: Dataset) -> Course:
-    """How joints came to the rows of a file, of which some are asked for their speeds."""
+def joints_at(data: Dataset, later: float, *, rate: bool = False) -> Float[np.ndarray, "rows n"]:
+    """Joints so much later than they were read [s, or rows], or how fast they move then, by cubic splines;
+    NaN where fewer than four rows follow each other without a gap."""
+    clock, order, begins, _ = _order(data)
+    gaps, found = np.diff(clock[order], prepend=0.0), np.full(data.q.shape, np.nan)
+    within = gaps[~begins & (gaps > 0.0)]
+    begins = begins | (gaps > GAP * np.median(within if len(within) else gaps))
+    for own in np.split(order, np.flatnonzero(begins)[1:]):
+        own = own[np.diff(clock[own], prepend=-np.inf) > 0.0]
+        if len(own) > 3:
+            found[own] = CubicSpline(clock[own], data.q[own])(clock[own] + later, int(rate))
+    return found
+
+
+def _order(data: Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
+    """Times or numbers of rows, their order, which of these are the first of a session, if times tell."""
     timed = data.time is not None and bool(np.isfinite(data.time).all())
     clock, session = np.asarray(data.time if timed else data.row, float), np.zeros(len(data), int)
     if data.session is not None:
         session = np.unique(data.session, return_inverse=True)[1]
     order = np.lexsort((clock, session))
+    return clock, order, np.diff(session[order], prepend=-1) != 0, timed
+
+
+def course(some: Dataset, data: Dataset) -> Course:
+    """How joints came to the rows of a file, of which some are asked for their speeds."""
+    clock, order, begins, timed = _order(data)
     steps = np.diff(data.q[order], axis=0, prepend=data.q[order[:1]])
-    begins = np.diff(session[order], prepend=-1) != 0
     gaps = np.diff(clock[order], prepend=0.0)[:, None]
     steps[begins] = gaps[begins] = 0.0
     ways, times = (each + np.vstack([each[1:], 0.0 * each[:1]]) for each in (steps, gaps))
     speed = np.divide(ways, times, out=np.zeros(ways.shape), where=times > 0.0)
     is_steady = bool(((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum())
+    if is_steady:  # as differences are too small by 1 % where a motion bends
+        smooth = joints_at(data, 0.0, rate=True)[order]
+        speed = np.where(np.isfinite(smooth), smooth, speed)
     rows = np.argsort(data.row, kind="stable")
     place = np.argsort(order)[rows[np.searchsorted(data.row[rows], some.row)]]
     return Course(steps, begins, place, speed[place], timed, is_steady)
