@@ -114,12 +114,15 @@ def _jacobian(arm, q):
     return (places[:6] - places[6:]).T / 2e-6
 
 
-def test_the_touch_that_slipped_is_named_and_left_out(told, arm):
-    q = pivot(arm, 6)
-    q[3] = tip_at(arm, POINT + np.array([0.0, 0.0015, 0.0]), seed=103)
+@pytest.mark.parametrize(("count", "slipped", "said"), [(6, [3], "touch 4"), (12, [2, 5, 9], "touches")])
+def test_the_touches_that_slipped_are_named_and_left_out(told, arm, count, slipped, said):
+    """Three of twelve hid each other, and more touches were asked for."""
+    q = pivot(arm, count)
+    for k, way in zip(slipped, ([0.0, 0.0015, 0.0], [-5e-3, 2e-3, 0.0], [3e-3, 0.0, -6e-3]), strict=False):
+        q[k] = tip_at(arm, POINT + np.array(way), seed=100 + k)
     found, out = told("tcp", table(q), "--robot", arm)
-    assert [t["row"] for t in found["touches"] if t["slipped"]] == [3]
-    assert mentions(out, "touch 4")
+    assert [t["row"] for t in found["touches"] if t["slipped"]] == slipped
+    assert mentions(out, said)
     assert np.abs(np.array(found["xyz"]) - TIP).max() < 2e-4
 
 

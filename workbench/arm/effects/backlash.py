@@ -43,7 +43,7 @@ class Backlash(AbstractEffect):
     by: str = "moment"
     width: float = 0.0
     name = "backlash"
-    does = "{} has play", "{} have play"
+    does = "{} has play to either side", "{} have play to either side"
     coefficient = "backlash"
     has_play = True
     credible = (0.03, 5e-3)

@@ -1,11 +1,14 @@
 """Touches: joint positions and the name of what was touched; finding those that slipped.
 
-Each touch is left out in turn. The one whose numbers the others explain worst is set aside where chance would
-leave that much in one file of a hundred, by the F test of its numbers against what the others leave.
+Each touch is left out in turn, then any two, three …. Those whose numbers the others explain worst are set
+aside where chance would leave that much in one file of a hundred, by the F test of their numbers against what
+the others leave.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
+from math import comb
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +33,8 @@ from workbench.report.json import Json, document
 Touches = Path | Like[Dataset]
 CHANCE = 0.01
 """Probability of setting a good touch aside in a file without bad ones."""
-MAX_SHARE_SLIPPED = 0.25
-"""Share of the touches that may be set aside."""
+MAX_SHARE_SLIPPED, MAX_TRIED = 0.25, 1000
+"""Share of the touches that may be set aside, and number of ways to set as many aside."""
 EXACT_SCATTER = 1e-7
 """Scatter below which touches agree exactly [m]."""
 SCATTERED = 0.01
@@ -106,20 +109,22 @@ def solve_without_slipped(
     kept, slipped = list(range(count)), list[int]()
     if (whole := solve(kept)) is None:
         raise DataError(refusal)
-    while len(slipped) < int(MAX_SHARE_SLIPPED * count + 1e-9):
+    size, most = 1, int(MAX_SHARE_SLIPPED * count + 1e-9)
+    while len(slipped) + size <= most and comb(len(kept), size) <= MAX_TRIED:
         tests = []
-        for each in kept:
-            rest = solve([k for k in kept if k != each])
+        for some in combinations(kept, size):
+            rest = solve([k for k in kept if k not in some])
             if rest is not None and 1 <= rest.spare < whole.spare:
                 own, left = whole.spare - rest.spare, float(rest.left @ rest.left)
                 more = max(float(whole.left @ whole.left) - left, 0.0)
                 ratio = more / own / (max(left, rest.spare * EXACT_SCATTER**2) / rest.spare)
-                tests.append((float(special.fdtrc(own, rest.spare, ratio)), each, rest))
+                tests.append((float(special.fdtrc(own, rest.spare, ratio)), some, rest))
         if not tests or min(tests, key=lambda t: t[:2])[0] * len(tests) > CHANCE:
-            break
+            size += 1  # as several hide each other
+            continue
         _, worst, whole = min(tests, key=lambda t: t[:2])
-        kept.remove(worst)
-        slipped.append(worst)
+        kept, size = [k for k in kept if k not in worst], 1
+        slipped += worst
     return whole, tuple(slipped)
 
 
