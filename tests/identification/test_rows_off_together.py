@@ -14,7 +14,7 @@ from workbench.arm.inverse.solve import Task, follow_many
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.identification.checks.common_errors import instrument_scale, two_places
-from workbench.identification.rows.course import course, joints_at
+from workbench.identification.rows.course import course
 
 
 def warned(factor: float, errors: float, *, seed: int, rows: int = 80, span: float = 1.5) -> str:
@@ -193,6 +193,6 @@ def test_joints_of_a_slow_motion_are_known_between_its_rows():
     t, rates = 0.2 * np.arange(150), 2.0 * np.pi * np.array([0.05, 0.11, 0.17, 0.2, 0.23, 0.08])
     motion = lambda t: 0.7 * np.sin(np.multiply.outer(t, rates) + np.arange(6.0))  # noqa: E731
     rows = Dataset(q=motion(t), position=np.zeros((150, 3)), time=t)
-    np.testing.assert_allclose(joints_at(rows, -0.04)[2:-2], motion(t - 0.04)[2:-2], atol=1e-4)
+    np.testing.assert_allclose(course(rows, rows, delay=-0.04).q[2:-2], motion(t - 0.04)[2:-2], atol=1e-4)
     speed = (motion(t + 1e-6) - motion(t - 1e-6)) / 2e-6
     np.testing.assert_allclose(course(rows, rows).speed[2:-2], speed[2:-2], atol=2e-3)

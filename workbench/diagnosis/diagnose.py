@@ -84,7 +84,7 @@ def diagnose(
     with failures() as failed:
         searched = partial(_searched, massed, rng=rng, given=robot)
         search, saved, found = searched(data, choices)
-        result, most = found, search.after.judged.main.mean
+        result, most = found, search.after.train.main.mean
         mended = None if is_other else MendedRows(data)
         for _ in range(MAX_MENDS):
             mended = mended and ask("rows of one arm", partial(mended.again, found), None)
@@ -92,9 +92,10 @@ def diagnose(
                 break
             fewer = replace(choices, exclude={**choices.exclude, **mended.left_out})
             again = ask("the arm by such rows", partial(searched, mended.mended, fewer), None)
-            if again is None or again[0].too_few is not None or again[0].after.judged.main.mean >= most:
+            if again is None or again[0].too_few is not None or again[0].after.train.main.mean >= most:
                 break
             search, saved, found = again
+            most = search.after.train.main.mean
             result = mended.told(found)
         progress(0.9, "choosing poses to measure next")
         fit, laws = search.last.stage.fit, [c for c in result.causes if c.is_law]

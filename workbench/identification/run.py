@@ -202,11 +202,15 @@ class Run(AbstractReported, AbstractValidation):
         """Corrections too large for manufacturing errors: constants, largest first, unless they cancel; else
         the flange, as where an error is spread over many of them."""
         found, far, nominal = [], dict[str, float](), self.fit.problem.robot
-        both = zip(self.fit.parameters, self.fit.x.tolist(), strict=True)
+        both, ends = (
+            zip(self.fit.parameters, self.fit.x.tolist(), strict=True),
+            ("joint1.", f"joint{nominal.dof}."),
+        )
         lengths = [abs(x - p.nominal) for p, x in both if p.is_geometry and p.unit == "m" and x != p.nominal]
         longest = float(np.clip(ALONE * np.median(lengths or [1.0]), LONG, IMPLAUSIBLE_LENGTH))
         for p, value, std in zip(self.fit.parameters, self.fit.x.tolist(), self.fit.std, strict=True):
-            maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else longest
+            inner = IMPLAUSIBLE_LENGTH if p.name.startswith(ends) else longest
+            maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else inner
             if p.is_geometry and abs(moved := value - p.nominal) > max(maximum, CERTAIN * std):
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
                 found.append((abs(moved) / maximum, f"{p.text} {size}"))
