@@ -56,7 +56,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"(roll|pitch|yaw|nick|gier)(?:_?(?:winkel|angle))?", "{0}"),
         (r"zxz_(phi|theta|psi)", "zxz_{0}"),
         (r"(?:q|(?:q|quat|quaternion|orientation)_|quat)([wxyz])", "q{0}"),
-        (r"(?:r|(?:rotvec|rotation_vector|rv|rvec)_?)([xyz])", "r{0}"),
+        (r"(?:r|(?:rot_?vec|rotation_vector|rv|rvec)_?)([xyz])", "r{0}"),
         (r"r_?([123])_?([123])", "r{0}{1}"),
         (r"(?:smr|reflector|prism|target)(?:_name)?|collection::group::name|sitz|kegel", "point"),
         (r"(?:m|marker|smr|reflector|prism|led|ball)_?(\d+)_?([xyz])", "m{0}{1}"),
@@ -117,9 +117,8 @@ def joint_name(name: str) -> str:
 
 
 def meaning(name: str) -> str | None:
-    """Key of what a column of this name (without its unit) holds, or None; `TimeStamp` is one word, too."""
-    table, plain = tuple(known_columns().values()), name.strip()
-    return (plain != "T" and _meaning(plain.lower(), table)) or _meaning(name, table)
+    """Key of what a column of this name (without its unit) holds, or None."""
+    return _meaning(name, tuple(known_columns().values()))
 
 
 @lru_cache(maxsize=1000)
@@ -131,7 +130,7 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
         numbered = re.fullmatch(r"(.+?)_?(\d{1,9})", plain, re.ASCII)
         for column in table:
             names = (column.name, *column.also)
-            if column.per is Per.ROW and plain in names:
+            if column.per is Per.ROW and not {plain, plain.replace("_", "")}.isdisjoint(names):  # TimeStamp
                 return column.name
             is_numbered = column.per is Per.JOINT or (column.observed and column.quantity)  # distance1 …
             if is_numbered and numbered is not None and numbered[1] in names:

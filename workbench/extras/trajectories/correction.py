@@ -74,12 +74,10 @@ class Compensation(AbstractShown):
 
     def blocks(self) -> list[Block]:
         """Predicted errors before and after, and decisions."""
-        own, remains = self.commanded.expected, self.after.position.max() > ACCEPTED_ERROR
-        remains |= self.commanded.task is Task.POSITION
-        found = [("as commanded", self.before), ("corrected", self.after)][: 1 + remains]
-        rows = [
-            (n, *(short(round(v, 6)) for s in e.spreads.values() for v in (s.mean, s.max))) for n, e in found
-        ]
+        own, is_place = self.commanded.expected, self.commanded.task is Task.POSITION
+        remains = is_place or self.after.position.max() > ACCEPTED_ERROR
+        found = [("as commanded", self.before.spreads), ("corrected", self.after.spreads)][: 1 + remains]
+        rows = [(n, *(short(round(v, 6)) for s in e.values() for v in (s.mean, s.max))) for n, e in found]
         mean, angle = (short(1e3 * own[0]), short(np.rad2deg(own[1]))) if own else ("–", "–")
         rows.append(("corrected (model error on held-out rows)", mean, "–", angle, "–"))
         headings = ("predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")

@@ -68,10 +68,8 @@ def parted_by_column(fit: Fit, data: Dataset, *, few: bool = False) -> str:
     """`rows with the same 'robot' need constants of their own, which leave A 5 %, B 6 % of …`, or empty.
 
     Errors are predicted from the other rows, to first order about the fit: parts drawn by lot are predicted
-    worse by themselves, since fewer rows determine as many constants.
-
-    Args:
-        few: Whether parts of few rows are asked, which tell a base of their own alone.
+    worse by themselves, since fewer rows determine as many constants. `few`: those of few rows are asked,
+    too, which tell a base of their own alone.
     """
     columns = dict(data.unread)
     if data.session is not None and len(data.sessions) > 1:
@@ -235,8 +233,7 @@ def lag(fit: Fit, data: Dataset) -> str:
 @beside("what is wrong with the instrument", "")
 def distorted(fit: Fit) -> str:
     """`distances from the measuring frame's origin are 17 mm too long …`, or empty; likewise an axis of the
-    frame that is drawn out, or two that aren't square; or that the base is elsewhere, if it is held, of which
-    no distortion may be a part."""
+    frame that is drawn out, or two that aren't square; first, that a held base or tool is elsewhere."""
     problem = thinned(fit.problem)
     places = [[c is Channel.POSITION for c in b.observation.channels] for b in problem.blocks]
     if (points := problem.data.position) is None or any(sum(own) != 3 for own in places):

@@ -195,12 +195,8 @@ def _same_poses(one: RowReading, other: RowReading, q: np.ndarray) -> bool:
 def same_motion(
     one: RowReading, other: RowReading, q: np.ndarray, *, off: float = 2e-4, turned: float = 2e-3
 ) -> bool:
-    """Whether two readings move the flange alike at random postures, up to base and tool.
-
-    Args:
-        off: Maximum distance, as a share of the reach.
-        turned: Maximum angle [rad].
-    """
+    """Whether two readings move the flange alike at random postures, up to base and tool, a distance `off`,
+    as a share of the reach, and an angle `turned` [rad]."""
     if (one.inverse, one.orientation, one.mirrored) != (other.inverse, other.orientation, other.mirrored):
         return False
     seen = flange_poses(one.robot, one.joints(q))[None]
