@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.interpolate import CubicSpline
 
 from workbench.data.dataset import Dataset
 
@@ -46,6 +45,8 @@ class Course(NamedTuple):
 def joints_at(data: Dataset, later: float, *, rate: bool = False) -> Float[np.ndarray, "rows n"]:
     """Joints so much later than they were read [s, or rows], or how fast they move then, by cubic splines;
     NaN where fewer than four rows follow each other without a gap."""
+    from scipy.interpolate import CubicSpline
+
     clock, order, begins, _ = _order(data)
     gaps, found = np.diff(clock[order], prepend=0.0), np.full(data.q.shape, np.nan)
     within = gaps[~begins & (gaps > 0.0)]
