@@ -9,6 +9,7 @@ from refusals import refuses
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.errors import DataError, FileError, WorkbenchError
 from workbench.data.readers import read_measurements
+from workbench.data.readers.column_meanings import unread_text
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.read import read_fields
 
@@ -259,6 +260,11 @@ def test_headings_of_any_language_are_told_by_units_and_each_other(tmp_path, hea
 
 def test_humps_part_words_but_none_that_is_known():
     assert [*map(meaning, ("TimeStamp", "payLoad", "rotVecX", "PosX"))] == ["time", "payload", "rx", "x"]
+
+
+def test_of_two_sets_of_one_numbering_the_first_is_named():
+    sets = {f"{name}{k}": ["0.1", "0.2", "0.4"] for name in ("mp", "mt") for k in range(1, 7)}
+    assert "q1=mp1,q2=mp2" in unread_text(sets, "q1", 6)
 
 
 @pytest.mark.parametrize(

@@ -94,8 +94,7 @@ def diagnose(
             again = ask("the arm by such rows", partial(searched, mended.mended, fewer), None)
             if again is None or again[0].too_few is not None or again[0].after.train.main.mean >= most:
                 break
-            search, saved, found = again
-            most = search.after.train.main.mean
+            (search, saved, found), most = again, again[0].after.train.main.mean
             result = mended.told(found)
         progress(0.9, "choosing poses to measure next")
         fit, laws = search.last.stage.fit, [c for c in result.causes if c.is_law]

@@ -312,7 +312,7 @@ def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (),
     told = headings.known_together({n: columns[h] for n, h in bare.items()}).items()
     places, left_out = {k: bare[n] for n, k in told}, listed(unread, longest=3)
     likely = [places[axis] for axis in "xyz"] if {*"xyz"} <= places.keys() else likely
-    digits = {re.sub(r"\D", "", headings.unit_apart(n)[0]): n for n in likely}
+    digits = {re.sub(r"\D", "", headings.unit_apart(n)[0]): n for n in likely[::-1]}
     counted = [digits[str(k)] for k in range(1, (lacks or len(likely)) + 1) if str(k) in digits]
     if len(likely) < (lacks or 1):
         words = [n for n, own in columns.items() if n not in unread and 1 < len({*own}) <= len(own) / 2]
@@ -324,7 +324,7 @@ def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (),
         return f"; {span(off)} are deviations: write nominal + deviation in columns x[mm], y[mm], z[mm]"
     if key == "x":
         sets = _triples({} if places else dict(enumerate(unread)), has_actual=False)  # as of an instrument
-        unit = "[mm]" * (headings.unit_apart(likely[0])[1] is None)
+        counted, unit = counted * ("0" not in digits), "[mm]" * (headings.unit_apart(likely[0])[1] is None)
         keys = [f"distance{k}{unit}" for k in range(1, len(counted) + 1)] if len(counted) > 1 else "xyz"
         ways = [[*zip("xyz", (unread[k] for k in own), strict=True)] for own in sets]
         keys = keys if len(likely) > 2 else [f"distance{unit}"]

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.interpolate import CubicSpline
 
 from workbench.data.dataset import Dataset
 
@@ -44,6 +43,8 @@ class Course(NamedTuple):
 def course(some: Dataset, data: Dataset, *, delay: float = 0.0) -> Course:
     """How joints came to the rows of a file, of which some are asked for their speeds, and where they are so
     much later [s, or rows]; along a cubic spline where rows are steady."""
+    from scipy.interpolate import CubicSpline
+
     timed = data.time is not None and bool(np.isfinite(data.time).all())
     clock, session = np.asarray(data.time if timed else data.row, float), np.zeros(len(data), int)
     if data.session is not None:
