@@ -89,8 +89,7 @@ def _skeleton(robot: Robot) -> ET.Element:
         ends = zip(("lower", "upper"), limits.tolist(), strict=True)
         limit = {end: repr(value) for end, value in ends if kind != "continuous"}
         if limit or joint.max_moment:
-            effort = repr(float(joint.max_moment or 0))
-            ET.SubElement(node, "limit", limit, effort=effort, velocity="1")  # planners refuse to move at 0
+            ET.SubElement(node, "limit", limit, effort=repr(float(joint.max_moment or 0)), velocity="1")
         if element.follows is not None:
             factor, offset = repr(float(element.ratio)), repr(float(element.value))
             ET.SubElement(node, "mimic", joint=leaders[element.follows], multiplier=factor, offset=offset)

@@ -43,8 +43,6 @@ class Course(NamedTuple):
 def course(some: Dataset, data: Dataset, *, delay: float = 0.0) -> Course:
     """How joints came to the rows of a file, of which some are asked for their speeds, and where they are so
     much later [s, or rows]; along a cubic spline where rows are steady."""
-    from scipy.interpolate import CubicSpline
-
     timed = data.time is not None and bool(np.isfinite(data.time).all())
     clock, session = np.asarray(data.time if timed else data.row, float), np.zeros(len(data), int)
     if data.session is not None:
@@ -59,6 +57,8 @@ def course(some: Dataset, data: Dataset, *, delay: float = 0.0) -> Course:
     is_steady = bool(((steps - gaps * speed) ** 2).sum() < STEADY**2 * ((ways / 2.0) ** 2).sum())
     q = data.q[order]
     for mine in np.split(np.arange(len(data)), np.flatnonzero(begins)[1:]) if is_steady else ():
+        from scipy.interpolate import CubicSpline
+
         times, first = np.unique(clock[order[mine]], return_index=True)
         if len(times) > 1:
             way = CubicSpline(times, q[mine[first]])
