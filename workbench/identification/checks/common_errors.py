@@ -57,7 +57,8 @@ EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
 is none."""
 TOLD = 0.1
 """Size of what rows show of a move, as a share of the largest, from which on it is told."""
-LONG = ("long", "short")
+LONG, MAX_DRAWN = ("long", "short"), 0.025
+"""Half of the largest strain of an instrument's axes."""
 MIN_SCALED, MIN_SCALE, MIN_SPREAD = 20, 8e-3, 0.05
 """Fewest rows that tell a scale, the smallest one that is named (two long links that err alike by 2 mm make
 0.5 %), and the smallest spread of the points as a share of the reach."""
@@ -238,6 +239,8 @@ def distorted(fit: Fit) -> str:
     places = [[c is Channel.POSITION for c in b.observation.channels] for b in problem.blocks]
     if (points := problem.data.position) is None or any(sum(own) != 3 for own in places):
         return ""
+    if np.linalg.norm(np.nanstd(points, axis=0)) < MIN_SPREAD * problem.robot.reach:
+        return ""  # two sockets, of which one column makes one
     pairs = [*combinations_with_replacement(range(3), 2)] + [(0, 0)] * bool(problem.frames.base)
     moved = np.stack([points[:, [i]] * np.eye(3)[j] + points[:, [j]] * np.eye(3)[i] for i, j in pairs], 2)
     moved[:, :, 6:] = (points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9))[:, :, None]
@@ -263,6 +266,8 @@ def distorted(fit: Fit) -> str:
     if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
         return ""
     size, (i, j) = float(left @ way / (way @ way)), pairs[best]
+    if best < 6 and abs(size) > MAX_DRAWN:
+        return ""
     what = f"distances from the measuring frame's origin are {in_mm(abs(size))} too {LONG[size < 0.0]}"
     why = "does its prism or reflector have another constant"
     if best < 6:
