@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_720,
     "data": 5_175,
     "plate": 4_700,
-    "identification": 8_937,
+    "identification": 8_941,
     "diagnosis": 6_670,
     "exports": 588,
     "session": 6_103,

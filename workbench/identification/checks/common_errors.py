@@ -240,7 +240,7 @@ def distorted(fit: Fit) -> str:
     if (points := problem.data.position) is None or any(sum(own) != 3 for own in places):
         return ""
     if np.linalg.norm(np.nanstd(points, axis=0)) < MIN_SPREAD * problem.robot.reach:
-        return ""  # two sockets, of which one column makes one
+        return ""
     pairs = [*combinations_with_replacement(range(3), 2)] + [(0, 0)] * bool(problem.frames.base)
     moved = np.stack([points[:, [i]] * np.eye(3)[j] + points[:, [j]] * np.eye(3)[i] for i, j in pairs], 2)
     moved[:, :, 6:] = (points / np.maximum(np.linalg.norm(points, axis=1, keepdims=True), 1e-9))[:, :, None]
@@ -263,10 +263,9 @@ def distorted(fit: Fit) -> str:
         text = f"with the {names} {in_mm(float(off))} elsewhere the geometry leaves {100.0 * share:.2g} %"
         return f"{text} of that: correct [{names.replace(' and ', '] and [')}], or set free = true there"
     best, way = int(shares.argmin()), ways[:, shares.argmin()]
-    if shares[best] > EXPLAINED or len(pairs) * chances[best] > CHANCE:
-        return ""
     size, (i, j) = float(left @ way / (way @ way)), pairs[best]
-    if best < 6 and abs(size) > MAX_DRAWN:
+    is_sure = shares[best] < EXPLAINED and len(pairs) * chances[best] < CHANCE
+    if not is_sure or (best < 6 and abs(size) > MAX_DRAWN):
         return ""
     what = f"distances from the measuring frame's origin are {in_mm(abs(size))} too {LONG[size < 0.0]}"
     why = "does its prism or reflector have another constant"
