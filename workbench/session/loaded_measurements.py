@@ -1,7 +1,6 @@
 """Measurements of a session, and how they were interpreted."""
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -69,21 +68,22 @@ class Loaded:
     def counter(self) -> TableColumn | None:
         """A column that counts the rows, and says nothing else but the name of a point."""
         columns = () if self.file is None else self.file.preview.columns
-        return next(
-            (c for c in columns if c.key in (None, "point") and c.cells and numbers_of(c.cells)), None
-        )
+        return next((c for c in columns if c.key in (None, "point") and numbers_of(c.cells)), None)
+
+    @cached_property
+    def _numbers(self) -> list[int]:
+        return [] if self.counter is None else numbers_of(self.counter.cells)
 
     def own_number(self, row: int) -> int:
         """That of the file, if it counts its rows."""
-        own = () if self.counter is None else numbers_of(self.counter.cells)
-        return own[row] if row < len(own) else row
+        return self._numbers[row] if row < len(self._numbers) else row
 
     def row_name(self, row: int) -> str:
         """As the file has it: `Nr 17`; its number from 0 where the file doesn't count its rows."""
         return f"{'' if self.counter is None else self.counter.heading} {self.own_number(row)}".lstrip()
 
 
-def numbers_of(cells: Sequence[str]) -> list[int]:
+def numbers_of(cells: tuple[str, ...]) -> list[int]:
     """Of cells that count rows, alone or behind one and the same word, as P1, P2 …; empty if these don't."""
     found = [match for cell in cells if (match := re.fullmatch(r"(\D*)(\d{1,9})", cell, re.ASCII))]
     own = [int(match[2]) for match in found]

@@ -184,10 +184,7 @@ def _by_joints(fit: Fit, motion: Float[np.ndarray, "rows n k"]) -> tuple[np.ndar
 
 
 def _explained(
-    fit: Fit,
-    problem: Problem,
-    columns: Float[np.ndarray, "m k"],
-    held: Float[np.ndarray, "m h"] | None = None,
+    fit: Fit, problem: Problem, columns: Float[np.ndarray, "m k"], held: np.ndarray | None = None
 ) -> tuple[np.ndarray, ...]:
     """What a geometry leaves of some rows, to first order about its fit, and what k columns do that no
     constant, nor what is held, imitates; what share of the error each leaves, and its chance."""
@@ -254,14 +251,15 @@ def distorted(fit: Fit) -> str:
         table[:, own] = np.nan_to_num(moved[block.rows])
         columns.append(problem.whiten(block, table).reshape(-1, moved.shape[2]))
     every, held = np.split(np.concatenate(columns), [len(pairs)], axis=1)
-    alone, at, *_ = _explained(fit, problem, held)
     left, ways, shares, chances = _explained(fit, problem, every, held)
-    freed, spare = held.shape[1], max(len(left) - len(fit.x) - held.shape[1], 1)
-    share = float(np.linalg.norm(left) / (np.linalg.norm(alone) + 1e-15))
-    if share < EXPLAINED and special.fdtrc(freed, spare, spare / freed * (share**-2.0 - 1.0)) < CHANCE:
-        off, names = np.linalg.norm(np.linalg.lstsq(at, alone, rcond=TOLD)[0][:3]), " and ".join(moves)
-        text = f"with the {names} {in_mm(float(off))} elsewhere the geometry leaves {100.0 * share:.2g} %"
-        return f"{text} of that: correct [{names.replace(' and ', '] and [')}], or set free = true there"
+    if moves:
+        alone, at, *_ = _explained(fit, problem, held)
+        freed, spare = held.shape[1], max(len(left) - len(fit.x) - held.shape[1], 1)
+        share = float(np.linalg.norm(left) / (np.linalg.norm(alone) + 1e-15))
+        if share < EXPLAINED and special.fdtrc(freed, spare, spare / freed * (share**-2.0 - 1.0)) < CHANCE:
+            off, names = np.linalg.norm(np.linalg.lstsq(at, alone, rcond=TOLD)[0][:3]), " and ".join(moves)
+            text = f"with the {names} {in_mm(float(off))} elsewhere the geometry leaves {100.0 * share:.2g} %"
+            return f"{text} of that: correct [{names.replace(' and ', '] and [')}], or set free = true there"
     best, way = int(shares.argmin()), ways[:, shares.argmin()]
     size, (i, j) = float(left @ way / (way @ way)), pairs[best]
     is_sure = shares[best] < EXPLAINED and len(pairs) * chances[best] < CHANCE
