@@ -129,10 +129,17 @@ def bent_link(v):
     return _later(v, seen(replace(v, arm=replace(v.arm, table=table))))
 
 
-def another_arm(v):
+def another_arm(v, row=None):
     """Rows of another arm of the same make from some row on."""
     table = v.arm.table + 1e-3 * v.rng.uniform(-1, 1, v.arm.table.shape) * v.arm.proper()
-    return _later(v, seen(replace(v, arm=replace(v.arm, table=table))))
+    return _later(v, seen(replace(v, arm=replace(v.arm, table=table))), row)
+
+
+def two_arms(v):
+    """Every other row is another arm's of the same make."""
+    out = seen(v)
+    out[::2] = another_arm(v, row=0)[::2]
+    return out
 
 
 def knocked(v):
@@ -232,9 +239,9 @@ def by_law(name, v):
     return seen(v, effects=[v.drawn(*name)] if isinstance(name, tuple) else [v.drawn(name)])
 
 
-def _later(v, other):
+def _later(v, other, row=None):
     """The rows as they are, and as the other from some row on."""
-    out, row = seen(v), int(ROWS * v.rng.uniform(0.35, 0.65))
+    out, row = seen(v), int(ROWS * v.rng.uniform(0.35, 0.65)) if row is None else row
     out[row:] = other[row:]
     return out
 
@@ -258,6 +265,7 @@ STRANGERS = {
     "loose-seat": Stranger(loose_seat, ""),
     "bent-link": Stranger(bent_link, "time"),
     "another-arm": Stranger(another_arm, "time"),
+    "two-arms": Stranger(two_arms, ""),
     "warming": Stranger(warming, "time"),
     "creeping": Stranger(creeping, "time"),
     "sagging-tool": Stranger(sagging_tool, "load"),

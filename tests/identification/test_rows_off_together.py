@@ -65,6 +65,25 @@ def test_rows_that_lie_off_together_are_named(shift, away, text):
     assert stated == pytest.approx([1e3 * v for v in shift], abs=0.1)
 
 
+def test_every_other_row_of_another_arm_is_named_and_play_is_not():
+    rng, every = np.random.default_rng(5), np.arange(90) % 2
+    q, arms = rng.uniform(-2.0, 2.0, (90, 6)), rng.normal(0.0, 5e-4, (2, 6, 6))
+    noise = rng.normal(0.0, 3e-5, (90, 3))
+
+    def found(first, second):
+        seen = np.where(every[:, None, None] > 0, second, first) @ [0.03, 0.0, 0.1, 1.0]
+        return wb.identify("ur5", Dataset(q=q, position=seen[:, :3] + noise))
+
+    two = found(*(flanges(q, arm) for arm in arms))
+    (said,) = [w for w in two.warnings if "need constants" in w]
+    named = {int(k) for k in said.partition("(rows ")[2].partition(")")[0].split(", ")}
+    assert len(named & {*np.flatnonzero(every == every[min(named)])}) > 0.9 * len(named)
+    assert len(named) > 30
+    assert said in two.robot.calibration.refused[""]
+    played = found(flanges(q, arms[0]), flanges(q + 2e-3 * np.eye(6)[1], arms[0]))
+    assert not [w for w in played.warnings if "need constants" in w]
+
+
 @pytest.mark.parametrize("noise", [5e-5, 2e-3])
 def test_noise_makes_no_two_groups(noise):
     found = wb.identify("ur5e", measured((0, 0, 0), np.zeros(90, bool), noise=noise), held_out=0.0)

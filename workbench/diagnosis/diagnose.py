@@ -35,7 +35,7 @@ from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
-from workbench.identification.checks.common_errors import two_places, worse_by_column
+from workbench.identification.checks.common_errors import two_kinds, worse_by_column
 from workbench.identification.errors.row_errors import UNKNOWN
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, choices_as_read
 from workbench.identification.instrument_preparation import preparation_of
@@ -139,7 +139,7 @@ def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError
             "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
         ),
         followed=followed,
-        places=loose or ("" if followed else two_places(fit, rows)),
+        places=loose or ("" if followed else two_kinds(fit, rows)),
         is_loose=bool(loose),
     )
 

@@ -12,7 +12,7 @@ from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.coverage import coverage
 from workbench.diagnosis.gravity_tilt import standing_notes
 from workbench.diagnosis.saved_model import SavedModel
-from workbench.identification.checks.common_errors import instrument_scale, two_places, worse_by_column
+from workbench.identification.checks.common_errors import instrument_scale, two_kinds, worse_by_column
 from workbench.identification.preparation import UNKNOWN_NOISE
 from workbench.identification.rows.excluded_outliers import suspect_note
 
@@ -49,7 +49,7 @@ def notes(
         yield suspect_note(ready.held_out_data.row[saved.suspects].tolist(), search.after.judged)
     yield from [saved.note] if saved.note is not None else []
     rows = ready.data.take(np.union1d(ready.train_rows, np.r_[outliers, ready.held_out_rows]))
-    yield "" if effects else two_places(search.first.fit, rows)  # an effect may be what parts them
+    yield "" if effects else two_kinds(search.first.fit, rows)  # an effect may be what parts them
     yield worse_by_column(search.first.fit, rows, rows.unread)
     yield instrument_scale(ready.aligned, fit.problem.data)
     yield from standing_notes(saved.fit, given)

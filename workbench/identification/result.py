@@ -233,7 +233,8 @@ class Identification(AbstractReported, AbstractSplit):
             return (said,)
         joints = "" if self.harm else common_errors.lag(fit, self.data)
         joints = joints or ("" if is_known else common_errors.following(fit))
-        return said or common_errors.two_places(fit, rows), joints
+        kinds = common_errors.two_places if is_known else common_errors.two_kinds
+        return said or kinds(fit, rows), joints
 
     @property
     def unexplained(self) -> str:

@@ -2,8 +2,9 @@
 
 Rows of two kinds in one file: a column parts those that have no arm, or no base and tool, in common; or they
 lie off the others by one and the same vector, along the measuring frame's axes or the tool's: a reflector in
-one of two seats, two stations, a frame that was knocked. Or all points are the nominal arm's, drawn out
-alike: an instrument whose lengths are wrong. A fit is to most of the rows; data hold its outliers as well.
+one of two seats, two stations, a frame that was knocked; or by other constants: two arms of one make. Or all
+points are the nominal arm's, drawn out alike: an instrument whose lengths are wrong. A fit is to most of the
+rows; data hold its outliers as well.
 """
 
 import re
@@ -55,6 +56,11 @@ ROUNDS, ROUNDED = 8, 5e-6
 EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
 """Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
 is none."""
+TWO_ARMS, PLAYS = 0.3, 2.0
+"""Share of an error that constants of two arms must leave at most, and how often as much the joints' zeros
+alone, at least: where rows are of one kind 0.38 and more are left, where a joint plays as much."""
+TWO_SEEN, TWO_ROUNDS = 1e-4, 20
+"""Smallest singular value of what rows determine, relative, and the maximum number of steps."""
 TOLD = 0.1
 """Size of what rows show of a move, as a share of the largest, from which on it is told."""
 LONG, MAX_DRAWN = ("long", "short"), 0.025
@@ -226,6 +232,52 @@ def lag(fit: Fit, data: Dataset) -> str:
     text = came.text(-float(left @ ways[:, 0]) / float(ways[:, 0] @ ways[:, 0]))
     text += f"; one delay leaves {100.0 * share:.2g} % of it"
     return f"what the geometry leaves is {text}: give joints and places of one time, or measure at rest"
+
+
+def two_kinds(fit: Fit, data: Dataset) -> str:
+    """That some rows lie off the others together, or else are another arm's; empty if they don't."""
+    return two_places(fit, data) or two_arms(fit)
+
+
+@beside("rows of two arms", "")
+def two_arms(fit: Fit) -> str:
+    """`40 of 80 rows (rows 1, 3, …) need constants of their own, which leave 5 % of …`, or empty; not where
+    zeros of the joints alone explain as much, as if a joint plays.
+
+    To first order about the fit e = J s δ, where s is 0 or 1 for each posture. Begun along the direction in
+    which the postures' gradients Jᵀ e spread most, s and δ are found in turn.
+    """
+    problem = thinned(fit.problem)
+    residual, own = (part[: problem.size] for part in problem.evaluate(fit.x))
+    posture = np.unique(repeats(problem.data), return_inverse=True)[1]
+    rows, dof = posture[problem.component_rows], problem.robot.dof
+    own, sizes, _ = np.linalg.svd(own / np.maximum(np.linalg.norm(own, axis=0), 1e-12), full_matrices=False)
+    own = own[:, sizes > TWO_SEEN * sizes[0]]
+    spare = len(residual) - 2 * (count := own.shape[1])
+    left, gradients = residual - own @ (own.T @ residual), np.zeros((rows.max() + 1, count))
+    np.add.at(gradients, rows, own * left[:, None])
+    if spare < count or len(gradients) < MIN_IN_TWO:
+        return ""
+    away = gradients @ np.linalg.eigh(gradients.T @ gradients)[1][:, -1] > 0.0
+    for _ in range(TWO_ROUNDS):
+        part = own[away[rows]].T @ own[away[rows]]
+        step = np.linalg.solve(part - part @ part + 1e-6 * np.eye(count), gradients[away].sum(0))
+        off = left + own @ (part @ step)
+        each = np.array([np.bincount(rows, e**2) for e in (off, off - own @ step)])
+        if (away == (away := each[1] < each[0])).all():
+            break
+    share = float(np.sqrt(each.min(0).sum() / spare * (len(residual) - count) / (left @ left + 1e-30)))
+    if share > TWO_ARMS or not MIN_SHARE < away.mean() < 1.0 - MIN_SHARE:
+        return ""
+    left, ways, *_ = _by_joints(fit, away[posture][:, None, None] * np.eye(dof))
+    zeros = left - ways @ np.linalg.lstsq(ways, left, rcond=1e-6)[0]
+    if np.linalg.norm(zeros) < PLAYS * share * np.linalg.norm(left):
+        return ""
+    few = (away if away.mean() <= 0.5 else ~away)[posture]
+    which = f"{few.sum()} of {len(few)} fitted rows (rows {ranges(problem.data.row[few])})"
+    leave = f"{100.0 * share:.2g} % of the error that all have together"
+    why = "another arm's, or of another time? Fit them by themselves"
+    return f"{which} need constants of their own, which leave {leave}: {why}"
 
 
 @beside("what is wrong with the instrument", "")
