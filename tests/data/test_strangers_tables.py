@@ -258,6 +258,14 @@ def test_headings_of_any_language_are_told_by_units_and_each_other(tmp_path, hea
     assert not words or data.anchor.tolist() == words
 
 
+@pytest.mark.parametrize("above", [",".join(map(str, ["Pose", *range(12)])), "Report of the hall"])
+def test_headings_in_the_first_column_are_read(tmp_path, above):
+    path = named_table(tmp_path / "t.csv", *JOINTS, "x[mm]", "y[mm]", "z[mm]")
+    lines = zip(*(line.split(",") for line in path.read_text().split("\n")), strict=True)
+    path.write_text("\n".join([above, *map(",".join, lines)]))
+    assert read_measurements(path).q == pytest.approx(POSTURES[:, :6])
+
+
 def test_humps_part_words_but_none_that_is_known():
     assert [*map(meaning, ("TimeStamp", "payLoad", "rotVecX", "PosX"))] == ["time", "payload", "rx", "x"]
 
@@ -265,6 +273,8 @@ def test_humps_part_words_but_none_that_is_known():
 def test_of_two_sets_of_one_numbering_the_first_is_named():
     sets = {f"{name}{k}": ["0.1", "0.2", "0.4"] for name in ("mp", "mt") for k in range(1, 7)}
     assert "q1=mp1,q2=mp2" in unread_text(sets, "q1", 6)
+    beside = dict.fromkeys(("Pose ID", "E [rad]", "U95 [m]"), sets["mp1"])  # none but E is an angle
+    assert "'q4=E' or 'q1=E,q2=S,q3=L,q4=U'" in unread_text(beside, "q4", 1, "SLU")
 
 
 @pytest.mark.parametrize(

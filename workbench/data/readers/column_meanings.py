@@ -305,7 +305,10 @@ def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (),
     long = [n for n in of_place if len(columns[n]) > MIN_ROWS]  # states, times step one way
     signs = {n: {*np.sign(np.diff(numbers_in(tuple(columns[n])))).tolist()} for n in long}
     varied = [n for n in unread if not (_RATE.search(normalised(n)) or len(signs.get(n, "")) == 1)]
-    fitting = [n for n in varied if (unit := headings.unit_apart(n)[1]) is None or suits(unit, key)]
+    kind, said = "roll" if read and not at else key, {n: headings.unit_apart(n)[1] for n in varied}
+    fitting = [n for n, unit in said.items() if unit is None or suits(unit, kind)]
+    named = [n for n in fitting if said[n]]  # a number without a unit may count rows
+    fitting = named if key != "x" and len(named) >= max(lacks, 1) else fitting
     computed = [n for n in of_place if headings.CONTROLLER.search(n) and not headings.is_of_measurement(n)]
     likely = sorted(fitting, key=lambda n: n in computed or is_commanded(n))
     bare = {normalised(parse_heading(n).name): n for n in of_place if not is_commanded(n)}
