@@ -227,7 +227,7 @@ JOINTS = [f"q{k}[rad]" for k in range(1, 7)]
 
 def named_table(path, *heads, words=()):
     """Rows under strangers' headings, words in the last column."""
-    rows = np.hstack([POSTURES, POSTURES[:, 6:]]).astype(str).tolist()
+    rows = np.hstack([POSTURES, *[POSTURES[:, 6:]] * 2]).astype(str).tolist()
     ends = [[*row[: len(heads) - bool(words)], *words[k : k + 1]] for k, row in enumerate(rows)]
     path.write_text("\n".join(map(",".join, [heads, *ends])))
     return path
@@ -240,6 +240,7 @@ def named_table(path, *heads, words=()):
         ([*(f"Unión {k} [radianes]" for k in range(6)), *(f"Posición {a} [mm]" for a in "XYZ")], "position"),
         ([*(f"Glied {k} [rad]" for k in range(1, 7)), *(f"measured_mm_{a}" for a in "xyz")], "position"),
         ([*(f"measuredJointPosition[{k}]" for k in range(6)), *(f"{a} (мм)" for a in "XYZ")], "position"),
+        ([*JOINTS, *(f"Reflector {m} {a} (mm)" for m in "ABC" for a in "XYZ")], "markers"),
         ([*JOINTS, *(f"P{k}.{a} (mm)" for k in (1, 2) for a in "XYZ")], None),
         ([*JOINTS, "Length_mm", "Ball"], "distance"),
     ],
@@ -253,7 +254,7 @@ def test_headings_of_any_language_are_told_by_units_and_each_other(tmp_path, hea
         return
     data = read_measurements(path)
     assert data.q == pytest.approx(POSTURES[:, :6])
-    read = np.reshape(getattr(data, seen), (12, -1))
+    read = np.reshape(getattr(data, seen), (12, -1))[:, :3]
     assert read == pytest.approx(1e-3 * POSTURES[:, 6 : 6 + read.shape[1]])
     assert not words or data.anchor.tolist() == words
 

@@ -15,6 +15,7 @@ from slow import slow
 
 from workbench import Dataset, Frame, Robot, evaluate, identify, load_plate, load_robot, measure_plate, rezero
 from workbench.arm.inverse.solve import Task, follow_many
+from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.signs_and_offsets import with_couplings
 from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
@@ -292,6 +293,14 @@ def test_one_constant_of_the_table_is_named_where_nothing_else_fits(constant, by
     rows = as_read(wrong, data)[1]
     assert mentions(rows.notes[-1], constant, "instead of", "they fit to")
     assert not read_rows(robot, data).told
+
+
+@pytest.mark.parametrize("name", ["puma", "scara"])
+def test_a_table_in_the_other_convention_is_named(name):
+    robot, data = measured(name, with_rotation=False)
+    joints = robot_to_table(robot)["joint"]
+    with refuses(DataError, 'write convention = "dh" in the robot'):
+        identify(Robot.from_dh(joints, "craig"), data)
 
 
 @pytest.mark.parametrize("seed", [1, 8, 14, 22, 26, 29])

@@ -287,7 +287,7 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     """
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
-        wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
+        wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt_x2 …"
         text = f"nothing was observed: add {wanted}{unread_text(fields.unread, 'x')}"
         raise DataError(f"{fields.source}: {text}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
