@@ -267,6 +267,11 @@ def test_headings_in_the_first_column_are_read(tmp_path, above):
     assert read_measurements(path).q == pytest.approx(POSTURES[:, :6])
 
 
+def test_a_lone_temperature_is_known_by_its_unit(tmp_path):
+    path = named_table(tmp_path / "t.csv", "Arm unten (°C)", *JOINTS[:5], "x[mm]", "y[mm]", "z[mm]")
+    assert read_measurements(path).temperature == pytest.approx(POSTURES[:, 0])
+
+
 def test_humps_part_words_but_none_that_is_known():
     assert [*map(meaning, ("TimeStamp", "payLoad", "rotVecX", "PosX"))] == ["time", "payload", "rx", "x"]
 
@@ -287,6 +292,7 @@ def test_of_two_sets_of_one_numbering_the_first_is_named():
         ([*JOINTS, *(f"{cam} {a} [mm]" for cam in ("left", "right") for a in "XYZ")]),
         (["one", "two", "three", "four", "five", "six", "x[mm]", "y[mm]", "z[mm]"]),
         (["E1", *(f"A{k}" for k in range(1, 6)), "x[mm]", "y[mm]", "z[mm]"]),
+        ([*JOINTS, "x[mm]", "y[mm]", "z[mm]", "Nick [deg]", "Roll[deg]"]),
     ],
 )
 def test_who_follows_an_advice_is_not_refused_again(tmp_path, heads):

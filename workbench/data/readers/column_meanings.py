@@ -161,9 +161,11 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
     """Keys of columns whose names aren't known, in whatever language, by their units and each other: angles
     that are counted are joints, three lengths that differ in x, y, z a place, three such or more points of
-    the tool, a lone one is a distance, from the anchors that a lone column of words names."""
+    the tool, a lone one is a distance, from the anchors that a lone column of words names; a lone temperature
+    is the arm's."""
     found, counted = dict[int, str](), defaultdict[str, dict[int, int]](dict)
     lengths, words, keys = dict[int, str](), list[int](), [c.key for c in columns if c.key]
+    warm = list[int]()
     for c in (c for c in columns if c.key is None and not c.remark):
         name, unit = headings.unit_apart(table.names[c.index])
         number = re.fullmatch(r"(.*\D)(\d{1,2})", normalised(name))
@@ -173,9 +175,12 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
             lengths[c.index] = name
         elif unit and suits(unit, "q1") and number:
             counted[number[1]][int(number[2])] = c.index
+        elif unit and suits(unit, "temperature"):
+            warm.append(c.index)
     runs = [own for own in counted.values() if len(own) > 3 and max(own) - min(own) + 1 == len(own)]
     if len(runs) == 1 and "q1" not in keys:
         found = {index: f"q{k - min(runs[0]) + 1}" for k, index in runs[0].items()}
+    found |= {warm[0]: "temperature"} if len(warm) == 1 and "temperature" not in keys else {}
     if any(map(headings.is_observed, keys)):
         return found
     if len(sets := _triples(lengths, has_actual=False)) == 1:
