@@ -272,6 +272,12 @@ def test_a_lone_temperature_is_known_by_its_unit(tmp_path):
     assert read_measurements(path).temperature == pytest.approx(POSTURES[:, 0])
 
 
+def test_joints_without_a_column_of_directions_have_none(tmp_path):
+    """The one that has was 'missing in some rows'."""
+    (tmp_path / "t.csv").write_text("q1[rad],q2[rad],x[m],y[m],z[m],direction2\n0,0,1,0,0,1\n1,1,0,1,0,-1\n")
+    assert read_measurements(tmp_path / "t.csv").direction.tolist() == [[0, 1], [0, -1]]
+
+
 def test_humps_part_words_but_none_that_is_known():
     assert [*map(meaning, ("TimeStamp", "payLoad", "rotVecX", "PosX"))] == ["time", "payload", "rx", "x"]
 

@@ -268,7 +268,8 @@ def _plain(fields: Fields, joints: int) -> dict[str, Any]:
             wrong = [i for i in fields.numbers(rf"{column.name}(\d+)") if not 1 <= i <= joints]
             if wrong:
                 raise FileError(f"joints are 1–{joints}, got {column.name}{wrong[-1]}", path=fields.source)
-            values = fields.stacked(column.names(joints), missing=np.nan)
+            unknown = 0.0 if column.name == "direction" else np.nan  # of joints that have no column
+            values = fields.stacked(column.names(joints), missing=unknown)
         if values is not None:
             (plain if column.name in Dataset.__dataclass_fields__ else more)[column.name] = values
     if "distance" in plain:
