@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from workbench.arm.calibration_record import Calibration, pose_keys
 from workbench.arm.confounded_constants import Combination, combinations
-from workbench.arm.parameters import Parameter
+from workbench.arm.parameters import OF_FRAMES, Parameter
 from workbench.arm.robot import Robot
 from workbench.base.advice import beside
 from workbench.base.frames import data_frame
@@ -179,6 +179,14 @@ class Fit(AbstractReported):
         """Combinations that are too weakly observable to identify; they too were kept near nominal."""
         return combinations(self.rows_factor.weak, self.parameters)
 
+    @cached_property
+    def adrift(self) -> tuple[Combination, ...]:
+        """Those of base and tool that neither rows nor the expected constants hold where they are."""
+        if self.problem.deviation is None:
+            return ()
+        found = combinations(np.hstack([self.factor.null_space, self.factor.weak]), self.parameters)
+        return tuple(c for c in found if all(name.startswith(OF_FRAMES) for name in c.names))
+
     @property
     @beside("cautions about the fit", ())
     def cautions(self) -> tuple[str, ...]:
@@ -189,6 +197,10 @@ class Fit(AbstractReported):
         if self.weakly_observable:
             hidden = "; ".join(c.text for c in self.weakly_observable)
             found.append(f"barely observable, kept near nominal: {hidden}")
+        if self.adrift:
+            open_ = "; ".join(c.text for c in self.adrift)
+            how = "turn joints about other axes, too, or give base or tool in the robot's file"
+            found.append(f"open by any length, and kept where the search began: {open_}; {how}")
         return tuple(found)
 
     @cached_property

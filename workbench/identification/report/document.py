@@ -176,9 +176,10 @@ def identified(fit: Fit) -> Iterator[Identified]:
     weak = {name for c in fit.weakly_observable for name in c.names}
     prior = np.inf if fit.problem.deviation is None else fit.problem.deviation * np.sqrt(fit.variance_factor)
     limit, hidden = UNINFORMATIVE_RATIO * prior, {c.names[0] for c in fit.unidentifiable if len(c.names) == 1}
+    adrift = {name for c in fit.adrift for name in c.names}
     for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
         mark = UNSEEN if p.name in hidden else SHARED if p.name in shared else WEAK * (p.name in weak)
-        known = std if fit.is_assessed and p.name not in hidden else None
+        known = std if fit.is_assessed and p.name not in hidden | adrift else None
         yield Identified(p.name, p.unit, p.nominal, value, known, p.is_geometry and std > limit, mark)
 
 
