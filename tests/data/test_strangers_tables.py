@@ -10,7 +10,7 @@ from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.errors import DataError, FileError, WorkbenchError
 from workbench.data.readers import read_measurements
 from workbench.data.readers.column_meanings import unread_text
-from workbench.data.readers.headings import meaning
+from workbench.data.readers.headings import meaning, number_in
 from workbench.data.readers.read import read_fields
 
 SPOTS, H = ("A", "B", "C"), np.pi / 2
@@ -276,6 +276,14 @@ def test_joints_without_a_column_of_directions_have_none(tmp_path):
     """The one that has was 'missing in some rows'."""
     (tmp_path / "t.csv").write_text("q1[rad],q2[rad],x[m],y[m],z[m],direction2\n0,0,1,0,0,1\n1,1,0,1,0,-1\n")
     assert read_measurements(tmp_path / "t.csv").direction.tolist() == [[0, 1], [0, -1]]
+
+
+def test_exponents_of_fortran_and_web_pages_are_told(tmp_path):
+    assert [*map(number_in, ("-2.5D-01", "2d+2"))] == [-0.25, 200.0]
+    assert np.isnan(number_in("12D3"))
+    (tmp_path / "t.xls").write_text("<html><body><table><tr><th>q1[deg]</th></tr></table></body></html>")
+    with refuses(FileError, "a web page"):
+        read_measurements(tmp_path / "t.xls")
 
 
 def test_humps_part_words_but_none_that_is_known():

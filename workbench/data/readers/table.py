@@ -29,7 +29,7 @@ from workbench.data.readers.headings import (
 )
 
 NUMBER = re.compile(
-    r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?|[-+]?(nan|inf)"
+    r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+|d[-+]\d+)?|[-+]?(nan|inf)"
 )
 _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
