@@ -90,6 +90,12 @@ def test_orientations_are_read_in_their_convention(kind):
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
         ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
+        (
+            "puma",
+            True,
+            lambda d: replace(d, q=d.q + d.q @ np.eye(6, k=1) * [0, 0, 0, 0, 1, 1]),
+            "q6 + q4 - q5",
+        ),
         ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
         ("cobot", True, lambda d: replace(d, q=d.q - 0.536 * d.q[:, [5]] * E[4]), "joint 5 = q5 + 0.5368 q6"),
         ("puma", False, lambda d: replace(d, q=d.q + H * E[1] + d.q[:, [1]] * E[2]), "joint 3 = q3 - q2 +"),
