@@ -15,6 +15,7 @@ from workbench.base import se3
 from workbench.base.assets import assets
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.session import replay
+from workbench.session.commands.arm import JogTo
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
 from workbench.session.commands.diagnose import Diagnose
@@ -23,6 +24,8 @@ from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevel
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml
+from workbench.session.next_step import next_step
+from workbench.session.page_state import Severity
 from workbench.session.state import Focus
 from workbench.views.page.panels.columns import understood_as, with_column
 from workbench.views.page.panels.compare import numbers
@@ -50,6 +53,7 @@ def test_before_a_fit_rows_of_a_tracker_elsewhere_lie_where_the_arm_reached_them
 
 
 def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
+    assert do(JogTo((9.0, 0.0, 0.0), (0.0, 0.0, 0.0))).page.messages[-1].severity is Severity.WARNING
     session = do(MeasureVirtualArm(3))
     assert session.measurements.loaded.virtual
     assert len(session.results.comparison) == 10 + 40
@@ -64,6 +68,7 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert 1e3 * before.mean() == pytest.approx(found.nominal.held_out.position_mm.mean)
     assert 1e3 * after.mean() == pytest.approx(found.runs[session.results.fit].held_out.position_mm.mean)
     again = replay(first, worker.journal)
+    assert Severity.WARNING not in [m.severity for m in (*session.page.messages, *again.page.messages)]
     assert np.array_equal(again.results.identification.runs["ols"].fit.x, found.runs["ols"].fit.x)
 
     name, content = calibrated_toml(session)
@@ -89,9 +94,10 @@ def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_
         assert back.results.identification is before.results.identification
 
 
-@pytest.mark.parametrize("heading", ["Nr", "Point"])
-def test_a_file_is_read_identified_and_looked_at(do, file, heading):
-    numbered = zip(file.splitlines(), [heading.encode(), *(b"%d" % k for k in range(101, 151))], strict=True)
+@pytest.mark.parametrize(("heading", "word"), [("Nr", ""), ("Point", ""), ("Point", "P")])
+def test_a_file_is_read_identified_and_looked_at(do, file, heading, word):
+    cells = (f"{word}{k}".encode() for k in range(101, 151))
+    numbered = zip(file.splitlines(), [heading.encode(), *cells], strict=True)
     session = do(LoadData("../../etc/a.csv", b"\n".join(b"%s,%s" % pair for pair in numbered)))
     loaded = session.measurements.loaded
     assert loaded.name == "a.csv"
@@ -101,7 +107,13 @@ def test_a_file_is_read_identified_and_looked_at(do, file, heading):
     assert dict(session.measurements.loaded.facts)["Measured"] == "position, rotation"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
     found = replace(session.results.identification, excluded=((3, "odd"), (5, "odd")))
-    assert f"data rows {heading} 104 (odd), {heading} 106 (odd)" in _warnings(found, session)
+    name = word or f"{heading} "
+    assert f"data rows {name}104 (odd), {name}106 (odd)" in _warnings(found, session)
+    said = "between rows 3 and 4; joints 2, 3, 4 (all), 3 rows, rows 3–5, 7 (0.1, 2 mm) (rows count from 0)"
+    assert session.measurements.named(said) == (
+        f"between rows {name}104 and {name}105; joints 2, 3, 4 (all), 3 rows, "
+        f"rows {name}104–{name}106, {name}108 (0.1, 2 mm)"
+    )
     assert set(numbers(session)) == set(range(101, 151))
     assert len(found.held_out_rows) == 10
     assert (session.results.row, session.playback.focus, session.results.fit) == (17, Focus.ROW, "ols")
@@ -133,6 +145,13 @@ def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
         ("q1", "q1", None),
         ("q2", "q2", None),
     ]
+    session = do(LoadData("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(50)))
+    assert (
+        session.measurements.unread.name == "picture.png"
+    )  # no more what was before
+    assert "columns" not in next_step(session).sentence + session.page.messages[-1].text
+    gap = b"q2[rad],q3[rad],q4[rad],q5[rad],q6[rad],x[m],y[m],z[m]\n" + b"0," * 7 + b"1\n"
+    assert "column of joint 1" in do(LoadData("gap.csv", gap)).page.messages[-1].text
     columns = with_column(understood_as(kept.preview), "q1", "q1[rad]")
     session = do(LoadData(kept.name, kept.content, json.dumps(columns)))
     assert session.measurements.unread is None

@@ -97,6 +97,7 @@ def next_step(session: Session) -> NextStep:
     if judged is not None:
         tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
         step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
+    step = replace(step, sentence=session.measurements.named(step.sentence))
     is_new = lambda at: at is not None and (at.tab is not session.page.tab or at.command or at.save)  # noqa: E731
     following, other = (at if is_new(at) else None for at in (step.next, step.other))
     return replace(step, next=following, other=other, more=tuple(filter(is_new, step.more)))
@@ -134,6 +135,8 @@ def _unread(session: Session) -> NextStep | None:
     if file is None or (loaded is not None and (file.match is not None or not loaded.is_foreign)):
         return None
     if file.match is None:
+        if not file.is_plain:
+            return None
         return NextStep(f"{file.name} has not been read yet: assign its columns.", Tone.CAREFUL, COLUMNS)
     return _foreign(file.match) if file.match.rival else None
 

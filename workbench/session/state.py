@@ -172,6 +172,10 @@ class Measurements:
         """How people call a row, as its file does."""
         return f"{row}" if self.loaded is None else self.loaded.row_name(row)
 
+    def named(self, sentence: str) -> str:
+        """A sentence with rows as people call them."""
+        return sentence if self.loaded is None else self.loaded.named(sentence)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Results:

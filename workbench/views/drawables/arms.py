@@ -36,7 +36,8 @@ def arms(session: Session) -> Iterator[Item]:
     if (known := model_and_real(session)) is not None:
         is_shown, rows = focus in (Focus.ROW, Focus.JOG), session.results.comparison
         gap: np.ndarray | None = None
-        if focus is Focus.ROW and rows is not None and rows.stages:  # to where the tool was measured
+        is_measured = focus is Focus.ROW and rows is not None and bool(rows.stages)
+        if is_measured and not rows.set_apart[session.results.row]:  # to where the tool was measured
             gap = -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]
         yield Item("arm/calibrated", real_arm, (*known, q, gap, overlay.exaggeration), shown=is_shown)
 

@@ -1,6 +1,7 @@
 """The diagnosis: the verdict, errors before and after, the candidates, and where to measure next."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import viser
 
@@ -84,4 +85,6 @@ def _verdict(session: Session) -> str:
     why += (b for part in (document.causes, document.effects, document.remarks) for b in part(found))
     read = () if session.measurements.loaded is None else session.measurements.loaded.notes  # said there
     why = [b for b in why if not (isinstance(b, Sentence) and b.text in read)]
+    named = session.measurements.named
+    why = [replace(b, text=named(b.text)) if isinstance(b, Sentence) else b for b in why]
     return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")

@@ -3,6 +3,7 @@
 import numpy as np
 import viser
 
+from workbench.arm.urdf import BASE_LINK
 from workbench.base.wording import capital
 from workbench.data.accuracy_requirement import Wanted
 from workbench.exports import FORMS, AbstractForm
@@ -29,6 +30,7 @@ FORMATS = (
 )
 OTHER_FORMS = "Those of 'export --for' that suit an arm of so many joints."
 OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
+ROOT = f"a URDF's root '{BASE_LINK}' is the instrument's frame: mount the arm by the link below it"
 SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
 
 
@@ -48,7 +50,7 @@ def _errors(session: Session) -> str:
         for name, what in holds.items()
         if name in errors
     )
-    notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
+    notes = folded("About these files", bullets(text(capital(note)) for note in (*file_notes(run), ROOT)))
     content = heading(f"Mean error of each file on {judging_text(run)}") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 

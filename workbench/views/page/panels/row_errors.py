@@ -12,6 +12,7 @@ from workbench.report.chart import Chart, Marks, Upright
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import STAGES, Comparison, ModelStage
+from workbench.session.loaded_measurements import BY_HAND
 from workbench.session.page_state import Tab
 from workbench.session.stages import stage_words
 from workbench.session.state import Session
@@ -52,12 +53,13 @@ class RowErrorsPanel(AbstractPanel):
 
 
 def exclude(session: Session) -> LeaveRowsOut | None:
-    """Leaves the shown row out, or takes it back; None for a row that is only for checking."""
+    """Leaves the shown row out, or takes it back; None for one that is only for checking, or out anyway."""
     now, rows, row = session.measurements, session.results.comparison, session.results.row
     if now.loaded is None or session.results.is_empty or rows is None:
         return None
-    number = int(rows.number[row])
-    is_own = number in now.loaded.dataset.row
+    number, found = int(rows.number[row]), session.results.identification or session.results.diagnosis
+    out = {} if found is None else dict(found.excluded)
+    is_own = number in now.loaded.dataset.row and out.get(number, BY_HAND) == BY_HAND
     return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_own else None
 
 
