@@ -146,9 +146,7 @@ def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
         ("q2", "q2", None),
     ]
     session = do(LoadData("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(50)))
-    assert (
-        session.measurements.unread.name == "picture.png"
-    )  # no more what was before
+    assert session.measurements.unread.name == "picture.png"  # no more what was before
     assert "columns" not in next_step(session).sentence + session.page.messages[-1].text
     gap = b"q2[rad],q3[rad],q4[rad],q5[rad],q6[rad],x[m],y[m],z[m]\n" + b"0," * 7 + b"1\n"
     assert "column of joint 1" in do(LoadData("gap.csv", gap)).page.messages[-1].text

@@ -23,7 +23,7 @@ from workbench.session.cube_fields import CHANGE, PREDICTED, drawn_field, field_
 from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
 from workbench.session.state import CubeView
-from workbench.views.drawables.region import region as region_items
+from workbench.views.drawables.plate import region as region_items
 from workbench.views.page.panels import index
 from workbench.views.page.panels.legend import cubes_scale
 

@@ -6,7 +6,7 @@ import pytest
 
 from workbench.views.appearance.colours import SKY
 from workbench.views.page.local_server import local_server, page_address
-from workbench.views.page.tabs import PageSignals
+from workbench.views.page.render import PageSignals
 
 pytestmark = pytest.mark.browser
 

@@ -6,8 +6,7 @@ from workbench.parts import warn_of_broken
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, blame, branches
 from workbench.views.drawables.measured import measured, selected_row_mark
-from workbench.views.drawables.plate import plate
-from workbench.views.drawables.region import grid, region
+from workbench.views.drawables.plate import grid, plate, region
 from workbench.views.drawables.sink import Item
 
 SUBJECTS = (arms, blame, plate, region, measured)

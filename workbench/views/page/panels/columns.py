@@ -71,7 +71,7 @@ class ColumnsPanel(AbstractPanel):
 def file_of(session: Session) -> MeasurementFile | None:
     """The file whose columns are in question: one that was refused for them, or else the loaded one."""
     loaded, unread = session.measurements.loaded, session.measurements.unread
-    if unread is not None and (loaded is None or unread.match is None):
+    if unread is not None and unread.preview.columns and (loaded is None or unread.match is None):
         return unread
     return None if loaded is None else loaded.file
 
@@ -79,8 +79,7 @@ def file_of(session: Session) -> MeasurementFile | None:
 def _headings(session: Session) -> list[str]:
     """Those of a plain file."""
     file = file_of(session)
-    is_plain = file is not None and file.preview.layout == "plain"
-    return [c.heading for c in file.preview.columns if c.heading] if file and is_plain else []
+    return [c.heading for c in file.preview.columns if c.heading] if file and file.is_plain else []
 
 
 def listing(file: MeasurementFile, loaded: Loaded | None) -> str:
@@ -88,7 +87,8 @@ def listing(file: MeasurementFile, loaded: Loaded | None) -> str:
     the units that their headings lack."""
     found = file.preview
     problems = f"<b>{text(file.name)}</b>"
-    problems += "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
+    told = (sentence.removeprefix(f"{file.name}: ") for sentence in found.problems)
+    problems += "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in told)
     lacking = "unit?" if loaded is None or loaded.file is not file else "unit told by the rows"
     rows = []
     for c in found.columns:
