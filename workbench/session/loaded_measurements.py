@@ -80,27 +80,16 @@ class Loaded:
         return next((c for c in columns if c.key in (None, "point") and numbers_of(c.cells)), None)
 
     @cached_property
-    def _numbers(self) -> list[int]:
+    def numbers(self) -> list[int]:
+        """The file's own, by row; empty where it doesn't count them."""
         return [] if self.counter is None else numbers_of(self.counter.cells)
-
-    def own_number(self, row: int) -> int:
-        """That of the file, if it counts its rows."""
-        return self._numbers[row] if row < len(self._numbers) else row
 
     def row_name(self, row: int) -> str:
         """As the file has it: `P17`, `Nr 17`; its number from 0 where the file doesn't count its rows."""
-        if self.counter is None or row >= len(self._numbers):
+        if self.counter is None or row >= len(self.numbers):
             return f"{row}"
         cell = self.counter.cells[row]
-        return f"{self.counter.heading} {self._numbers[row]}" if cell.isdecimal() else cell
-
-    def named(self, sentence: str) -> str:
-        """A sentence with rows as the file has them."""
-        if self.counter is None:
-            return sentence
-        one = lambda at: at[0] if at[0][0] == "(" else self.row_name(int(at[0]))  # noqa: E731
-        plain = sentence.replace(f" ({self.dataset.counted})", "")
-        return ROWS.sub(lambda rows: re.sub(r"\([^()]*\)|\d+", one, rows[0]), plain)
+        return f"{self.counter.heading} {self.numbers[row]}" if cell.isdecimal() else cell
 
 
 def numbers_of(cells: tuple[str, ...]) -> list[int]:

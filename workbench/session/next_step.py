@@ -29,10 +29,17 @@ from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.export import Make, calibrated_toml, calibrated_urdf, fixture_zip, next_poses_csv
-from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
-from workbench.session.stages import before_and_after, share_of_noise, stages, suspects
+from workbench.session.stages import (
+    arm_judgement,
+    before_and_after,
+    learned,
+    plate_judgement,
+    share_of_noise,
+    stages,
+    suspects,
+)
 from workbench.session.state import Session
 
 BEYOND_NOISE = 1.5
@@ -187,7 +194,8 @@ def _added(session: Session) -> NextStep | None:
     if not session.results.accepted:
         return None
     if found is not None and not found.is_named:
-        left, tone = "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
+        much = learned(found) and f"What was learned from the rows, without a cause, covers {learned(found)}"
+        left, tone = much or "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
     elif found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:

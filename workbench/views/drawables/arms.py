@@ -34,11 +34,10 @@ def arms(session: Session) -> Iterator[Item]:
     nominal = lambda robot, q: Arm(bodies=make_bodies(robot), frames=body_frames(robot, q))  # noqa: E731
     yield Item("arm/nominal", nominal, (session.robot, q))
     if (known := model_and_real(session)) is not None:
-        is_shown, rows = focus in (Focus.ROW, Focus.JOG), session.results.comparison
-        gap: np.ndarray | None = None
-        is_measured = focus is Focus.ROW and rows is not None and bool(rows.stages)
-        if is_measured and not rows.set_apart[session.results.row]:  # to where the tool was measured
-            gap = -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]
+        is_shown, rows, k = focus in (Focus.ROW, Focus.JOG), session.results.comparison, session.results.row
+        gap: np.ndarray | None = None  # to where the tool was measured, unless that is wrong
+        if focus is Focus.ROW and rows is not None and rows.stages and not rows.set_apart[k]:
+            gap = -rows.residuals[k, STAGES.index(shown_stage(session, rows))]
         yield Item("arm/calibrated", real_arm, (*known, q, gap, overlay.exaggeration), shown=is_shown)
 
 

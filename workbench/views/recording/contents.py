@@ -1,6 +1,7 @@
 """Drawing moments one after the other: the scene, and words, tables and pictures beside it; log and numbers
 over the steps, each of which keeps what it needs of earlier ones. The viewer's layout: the scene on the left,
-curves, bars and the result on the right, the log below.
+curves, bars and the result on the right, the log below. Decisions as sentences, and what
+the session is of, as markdown.
 
 The viewer has one layout for all steps, so what differs between them is drawn instead: the eye is a camera
 that moves in the scene, the title a text, and bars and result are those of the step.
@@ -15,25 +16,27 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from workbench.base.types import Vector3
+from workbench.base.wording import plural
 from workbench.diagnosis.report.document import diagnosis_blocks
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.document import models, parameter_blocks, remarks
 from workbench.identification.result import Identification
 from workbench.parts import warn_of_broken
+from workbench.report.numbers import compared
 from workbench.report.result_display import as_markdown
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.edit import MovePlate
 from workbench.session.commands.messages import SetCaption
-from workbench.session.stages import stage_words, stages
+from workbench.session.cube_fields import field_of
+from workbench.session.stages import before_and_after, stage_words, stages
 from workbench.session.state import Focus, Session
-from workbench.session.view import Ending, Moment
+from workbench.session.view import Ending, Entry, Moment
 from workbench.views.appearance.colours import SELECTED, STAGE_COLOURS
-from workbench.views.drawables.scene_contents import items
+from workbench.views.drawables.scene_contents import first_view, items, occasion, title
 from workbench.views.drawables.sink import Item, differences
-from workbench.views.drawables.viewpoint import first_view, occasion
 from workbench.views.recording.rerun_output import EYE, PATHS, STEP, Canvas
 from workbench.views.recording.rerun_sink import RecordingSink, markdown
-from workbench.views.recording.sentences import about, headline, sentence
 
 FIELD = 0.66
 """Height of the picture [rad]."""
@@ -255,3 +258,70 @@ def _plot(heading: str, where: tuple[str, tuple[str, ...]], axis: rrb.TimeAxis |
     return rrb.TimeSeriesView(
         origin=origin, contents=contents, name=heading, plot_legend=NO_LEGEND, axis_x=axis
     )
+
+
+def sentence(entry: Entry, session: Session, messages: list[str]) -> str:
+    """A command and its result."""
+    sentence = entry.command.title
+    if isinstance(entry.command, MoveTarget | DropTarget | MovePlate) and entry.ending is Ending.DONE:
+        sentence += _place(session, is_plate=isinstance(entry.command, MovePlate))
+    if entry.ending in (Ending.CANCELLED, Ending.FAILED):
+        sentence += f" ({entry.ending})"
+    text = "; ".join(messages) or entry.text
+    return f"{sentence}: {text}" if text else sentence
+
+
+def _place(session: Session, *, is_plate: bool) -> str:
+    """Where the target, or the plate, stands now, and what that means."""
+    state, target = session.states[session.selected], session.plate.targets[session.selected]
+    x, y, z = 1e3 * (session.plate if is_plate else target).xyz
+    text = f": {'it' if is_plate else f'target {session.selected + 1}'} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
+    if not is_plate and not state.measurable:
+        return f"{text}, {state.obstacle}"
+    error = session.score.position
+    return f"{text}; predicted error {compared(1e3 * error)} mm rms" if np.isfinite(error) else text
+
+
+def headline(session: Session) -> str:
+    """What is seen, how good it is, and what a demo says of it, as markdown."""
+    score = session.score
+    figures = f"predicted error {compared(1e3 * score.position)} mm, O {score.indices['O']:.3f}"
+    figures = before_and_after(session) if session.results.identification else figures
+    return f"**{title(session)}:** {figures}\n\n{session.page.caption}"
+
+
+def about(session: Session) -> str:
+    """Robot, plate, measurements, and a legend of the recording, as markdown."""
+    loaded, noise = session.measurements.loaded, session.noise
+    measured = "none yet" if loaded is None else f"{loaded.name}, {plural(len(loaded.dataset), 'row')}"
+    lines = [
+        f"**{session.robot.name}:** {session.robot.dof} joints, convention {session.robot.convention}.",
+        f"Plate “{session.plate.name}” with {plural(len(session.plate), 'target')}.",
+        f"Instrument: {1e3 * noise.position:.3g} mm, {np.rad2deg(noise.rotation):.3g}°.",
+        "",
+        f"**Measurements:** {measured}",
+        "",
+        "**Timelines:** `step`: commands; `session_time`: seconds.",
+        "",
+        *cube_text(session),
+        "**O** is the observability index: how evenly the targets tell all constants, 0 (some not) to 1.",
+        "**Blocks:** sand where reached, blue where selected, brown where the arm is blocked, red where",
+        "out of reach. **Arms:** solid, J1 … at its joints: nominal; orange: the real one as far as known.",
+        "**Points** were measured: coloured by their error once there is a fit.",
+        "**Arrows** lead from predicted to measured positions, in the colour of the model's stage: grey",
+        "nominal, blue with its geometry identified, orange with what was added; likewise lines and bars.",
+        f"All errors, of arms and arrows alike, are drawn × {session.choices.overlay.exaggeration:g}.",
+    ]
+    return "\n".join(lines)
+
+
+def cube_text(session: Session) -> Iterator[str]:
+    """What the colours of the region's cubes mean, where they are shown."""
+    field = field_of(session)
+    if field is None or (shown := field.values(session)) is None:
+        return
+    low, high = (f"{field.factor * bound:.3g} {field.unit}".strip() for bound in (shown.low, shown.high))
+    worst, best = (low, high) if field.larger_is_better else (high, low)
+    title = field.title.lower()
+    yield f"**Cubes:** {title}, orange-red {worst} or worse, blue {best} or better; grey: not reached."
+    yield ""

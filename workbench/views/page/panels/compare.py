@@ -62,7 +62,8 @@ def numbers(session: Session) -> np.ndarray:
     rows, loaded = session.results.comparison, session.measurements.loaded
     if rows is None or loaded is None:
         return np.zeros(1, int)
-    return np.array([loaded.own_number(row) for row in rows.number.tolist()])
+    own = loaded.numbers
+    return np.array([own[row] if row < len(own) else row for row in rows.number.tolist()])
 
 
 def _heading(session: Session) -> str:

@@ -13,10 +13,9 @@ from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify, SetLevelled
-from workbench.session.judgement import arm_judgement
 from workbench.session.next_step import BEYOND_NOISE
 from workbench.session.page_state import Tab
-from workbench.session.stages import share_of_noise
+from workbench.session.stages import arm_judgement, share_of_noise
 from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, INKS, block, bullets, folded, text
 from workbench.views.page.panels.form import Control, Make, Shown

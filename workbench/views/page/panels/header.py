@@ -15,7 +15,7 @@ from workbench.session.page_state import PASSING, Message, RunningJob, Severity,
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.measured import error_scale
-from workbench.views.drawables.viewpoint import title
+from workbench.views.drawables.scene_contents import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.legend import colour_bar, cubes_scale, has_errors, things

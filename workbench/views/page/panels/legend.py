@@ -16,7 +16,7 @@ from workbench.views.appearance import colours
 from workbench.views.appearance.colours import ErrorScale, css, gradient
 from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
-from workbench.views.drawables.viewpoint import first_view
+from workbench.views.drawables.scene_contents import first_view
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel

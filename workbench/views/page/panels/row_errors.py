@@ -48,7 +48,7 @@ class RowErrorsPanel(AbstractPanel):
             excluded |= {number for number, _ in found.excluded}
         happened, name = () if found is None else found.events, session.measurements.row_name
         drawing = chart(rows, session.results.row, links, stage_words(session), excluded, happened, name)
-        out = f'<a href="{text(self._out)}" style="color:inherit">{text(_exclusion(session))}</a>'
+        out = f'<a href="{text(self._out)}" style="color:inherit">{text(_exclusion(session, rows))}</a>'
         return block(drawing + _named(session, rows, link) + out, testid="row-chart")
 
 
@@ -63,13 +63,12 @@ def exclude(session: Session) -> LeaveRowsOut | None:
     return LeaveRowsOut(tuple(sorted(now.left_out ^ {number}))) if is_own else None
 
 
-def _exclusion(session: Session) -> str:
-    now, rows, row = session.measurements, session.results.comparison, session.results.row
-    if rows is None or now.loaded is None or exclude(session) is None:
-        return ""
-    name = f"data row {now.row_name(number := int(rows.number[row]))}"
+def _exclusion(session: Session, rows: Comparison) -> str:
+    """What `exclude` does."""
+    number, now = int(rows.number[row := session.results.row]), session.measurements
     why = " (no arm explains it)" * bool(rows.set_apart[row])
-    return f"Use {name} again" if number in now.left_out else f"Exclude {name}{why}"
+    does = f"Exclude {{}}{why}" if number not in now.left_out else "Use {} again"
+    return does.format(f"data row {now.row_name(number)}") if exclude(session) else ""
 
 
 def _named(session: Session, rows: Comparison, link: Callable[[int], str]) -> str:
