@@ -27,9 +27,9 @@ from workbench.session.export import calibrated_toml
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
 from workbench.session.state import Focus
-from workbench.views.page.panels.columns import understood_as, with_column
-from workbench.views.page.panels.compare import numbers
+from workbench.views.page.panels.data import understood_as, with_column
 from workbench.views.page.panels.fit import _warnings
+from workbench.views.page.panels.row_errors import numbers
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Matrix4
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.comparison import STAGES, ModelStage
-from workbench.session.real_arm import bending_robot, bent_frames
 from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
 from workbench.session.target_postures import branches_to
@@ -16,6 +15,7 @@ from workbench.views.appearance.bodies import body_frames, make_bodies
 from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
+from workbench.views.drawables.real_arm import bending_robot, bent_frames
 from workbench.views.drawables.sink import Item
 
 SHELL = 1.09

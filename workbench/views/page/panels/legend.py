@@ -9,13 +9,13 @@ import viser
 from workbench.report.numbers import compared
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
 from workbench.session.cube_fields import are_shown, drawn_field, inputs
-from workbench.session.real_arm import bending_robot
 from workbench.session.stages import shown_stage, stage_words
 from workbench.session.state import Focus, Session
 from workbench.views.appearance import colours
 from workbench.views.appearance.colours import ErrorScale, css, gradient
 from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
+from workbench.views.drawables.real_arm import bending_robot
 from workbench.views.drawables.scene_contents import first_view
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import Control
