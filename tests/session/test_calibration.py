@@ -1,15 +1,18 @@
 """Measurements, identification, comparison and export, as commands."""
 
+import csv
+import io
 import json
 import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from driven_effects import tracked_file
+from driven_effects import driven_file, tracked_file
+from slow import slow
 
 from tests.session.direct_commands import done
-from workbench import Motion, load_robot, tool_poses
+from workbench import Motion, evaluate, load_robot, read_measurements, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.assets import assets
@@ -18,14 +21,15 @@ from workbench.session import replay
 from workbench.session.commands.arm import JogTo
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
-from workbench.session.commands.diagnose import Diagnose
+from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
 from workbench.session.commands.undo import Redo, Undo
-from workbench.session.comparison import Overlay
-from workbench.session.export import calibrated_toml
+from workbench.session.comparison import STAGES, Overlay
+from workbench.session.export import calibrated_toml, next_poses_csv, report_zip
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
+from workbench.session.stages import stages
 from workbench.session.state import Focus
 from workbench.views.page.panels.data import understood_as, with_column
 from workbench.views.page.panels.fit import _warnings
@@ -178,3 +182,45 @@ def test_fits_know_whether_the_instrument_is_levelled(first):
         found = done(session, SetLevelled(levelled), Identify(("opt2",)), Diagnose())
         assert found.results.identification.best.fit.problem.frames.levelled is levelled
         assert found.results.diagnosis.after.fit.problem.frames.levelled is levelled
+
+
+@pytest.mark.parametrize("driver", ["direction", *map(slow, ("payload", "temperature", "time"))])
+def test_what_was_found_is_added_and_compared_as_evaluate_does(driver, do, tmp_path):
+    path, name = driven_file(driver, tmp_path)
+    session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
+    assert [effect.name for effect in session.results.accepted] == [name], session.page.messages
+    rows = session.results.comparison
+    assert rows.stages == STAGES
+    judged = rows.held_out if rows.held_out.any() else ~rows.held_out
+    nominal, geometry, causes = 1e3 * rows.stage_errors[judged].mean(0)
+    assert nominal > geometry > causes
+    assert geometry == pytest.approx(session.results.geometry.judged.position_mm.mean, rel=1e-9)
+    assert causes == pytest.approx(session.results.diagnosis.after.judged.position_mm.mean, rel=1e-9)
+    lines = list(csv.reader(next_poses_csv(session)[1].decode().splitlines()))
+    assert lines[0] == [*(f"q{k}[deg]" for k in range(1, 7)), "tells"]
+    written = np.deg2rad(np.array(lines[1:])[:, :6].astype(float))
+    assert written == pytest.approx(session.results.diagnosis.measure_next, abs=1e-5)
+    report = zipfile.ZipFile(io.BytesIO(report_zip(session)[1])).read("report/report.html").decode()
+    assert session.results.diagnosis.causes[0].label in report
+    run = session.results.identification.runs[session.results.fit]
+    diagnosed = session.results.diagnosis.robot
+    assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
+    expected = evaluate(run.before_refit, read_measurements(path))
+    errors = rows.stage_errors[:, 2]
+    place = {int(number): i for i, number in enumerate(expected.data.row)}
+    by_row = expected.errors.position[[place[int(number)] for number in rows.number]]
+    assert len(rows) == len(expected.data.row) == 90
+    np.testing.assert_allclose(errors, by_row, atol=1e-12)
+    assert 1e3 * errors[rows.held_out].mean() == pytest.approx(run.held_out.position_mm.mean, rel=1e-9)
+    saved = evaluate(run.calibrated, read_measurements(path)).errors
+    assert saved.position_mm.rms < expected.errors.position_mm.rms
+    if name == "joint-compliance":
+        assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.1347), rel=5e-3)
+    again = do(Identify()).results.identification  # the same nominal arm, and the same model
+    assert again.nominal.judged.position_mm.mean == pytest.approx(nominal, rel=1e-6)
+    assert again.best.judged.position_mm.mean == pytest.approx(run.judged.position_mm.mean, rel=0.05)
+    session = do(LeaveRowsOut((out := int(again.train_rows[0]),)), Identify())  # what was added stays in
+    rows, alone = session.results.comparison, session.results.geometry
+    assert [row for row, _ in session.results.identification.excluded] == [out]
+    assert alone.fit.problem.data.row.tolist() == session.results.run.fit.problem.data.row.tolist()
+    assert 1e3 * rows.stage_errors[rows.held_out, 1].mean() == pytest.approx(stages(session)[1].error)

@@ -170,6 +170,7 @@ class ComparePanel(AbstractPanel):
             visible=has_rows,
             label=_heading,
             max=lambda s: max(int(numbers(s).max()), 1),
+            min=lambda s: int(numbers(s).min()),
         )
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
         with self.folder("Shown in the scene", visible=has_rows):
