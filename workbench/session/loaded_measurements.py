@@ -91,6 +91,12 @@ class Loaded:
         cell = self.counter.cells[row]
         return f"{self.counter.heading} {self.numbers[row]}" if cell.isdecimal() else cell
 
+    def named(self, sentence: str) -> str:
+        """A sentence with rows as the file has them."""
+        one = lambda at: at[0] if at[0][0] == "(" else self.row_name(int(at[0]))  # noqa: E731
+        plain = sentence if self.counter is None else sentence.replace(f" ({self.dataset.counted})", "")
+        return ROWS.sub(lambda rows: re.sub(r"\([^()]*\)|\d+", one, rows[0]), plain)
+
 
 def numbers_of(cells: tuple[str, ...]) -> list[int]:
     """Of cells that count rows, alone or behind one and the same word, as P1, P2 …; empty if these don't."""

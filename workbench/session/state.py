@@ -3,7 +3,6 @@
 Nothing here computes. Parts that no command touches stay the same objects: views see by identity what is new.
 """
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -27,7 +26,7 @@ from workbench.plate.plate_score import SetScore
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
 from workbench.session.live_score import PlateTrial
-from workbench.session.loaded_measurements import ROWS, Loaded, MeasurementFile
+from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.page_state import MESSAGES, PASSING, Message, PageState, Severity
 from workbench.session.part import AbstractPart, GoesWith, Part
 from workbench.session.target_postures import TargetState
@@ -175,11 +174,7 @@ class Measurements:
 
     def named(self, sentence: str) -> str:
         """A sentence with rows as people call them."""
-        if self.loaded is None or self.loaded.counter is None:
-            return sentence
-        one = lambda at: at[0] if at[0][0] == "(" else self.row_name(int(at[0]))  # noqa: E731
-        plain = sentence.replace(f" ({self.loaded.dataset.counted})", "")
-        return ROWS.sub(lambda rows: re.sub(r"\([^()]*\)|\d+", one, rows[0]), plain)
+        return sentence if self.loaded is None else self.loaded.named(sentence)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -300,10 +295,8 @@ class Session:
     @property
     def seen_rows(self) -> Comparison | None:
         """The rows that are in the scene: none while a plate is looked at that they aren't of."""
-        is_seen = self.choices.overlay.points and (
-            self._are_on_plate or self.playback.focus is not Focus.TARGET
-        )
-        return self.results.comparison if is_seen else None
+        is_seen = self._are_on_plate or self.playback.focus is not Focus.TARGET
+        return self.results.comparison if is_seen and self.choices.overlay.points else None
 
     @property
     def _are_on_plate(self) -> bool:

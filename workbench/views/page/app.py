@@ -26,9 +26,8 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
-from workbench.views.page.local_server import local_server, page_address
+from workbench.views.page.local_server import bound, local_server, page_address
 from workbench.views.page.render import BrowserView
-from workbench.views.page.serve import bound
 from workbench.views.page.viser_internals import stop_server
 
 
