@@ -89,7 +89,7 @@ class Loaded:
         if self.counter is None or row >= len(self.numbers):
             return f"{row}"
         cell = self.counter.cells[row]
-        return f"{self.counter.heading} {self.numbers[row]}" if cell.isdecimal() else cell
+        return f"{self.counter.heading or 'no.'} {self.numbers[row]}" if cell.isdecimal() else cell
 
     def named(self, sentence: str) -> str:
         """A sentence with rows as the file has them."""

@@ -60,7 +60,7 @@ def blame(session: Session) -> Iterator[Item]:
     for blamed in () if found is None else found.causes[:1]:
         for k, joint in enumerate(blamed.joints):
             inputs = session.robot, drawn_joints(session), joint
-            words = *inputs, "" if k else blamed.plain
+            words = *inputs, "" if k else session.measurements.named(blamed.plain)
             yield Item(f"arm/blame/{joint + 1}", _glow, inputs, shown=is_shown)
             yield Item(f"arm/blame_words/{joint + 1}", _glow_label, words, shown=is_shown)
 

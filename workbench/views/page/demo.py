@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import cycle
-from typing import Any
 
 import numpy as np
 
@@ -35,9 +34,6 @@ ROBOT, ROWS = "ur10", "ur10.csv"
 """A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
 TRACKER = 5e-5, 2.5e-4
 """Its noise at the plate [m], [rad]."""
-BARE: dict[str, Any] = {"points": False, "arrows": False}
-FULL: dict[str, Any] = {"points": True, "arrows": True}
-"""What is laid over the arm in the last picture, and afterwards."""
 DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
@@ -153,11 +149,9 @@ class Demo:
             self._worker.submit(command)
 
     def _leave(self) -> None:
-        """Take back a drag under way, remove the caption, and lay over the scene what its end took away."""
+        """Take back a drag under way, and remove the caption."""
         self._submit(DropTarget(CLIENT, back=True), is_end=True)
         self._submit(SetCaption(""), is_end=True)
-        if self.is_finished:
-            self._submit(SetOverlay(replace(self._worker.session.choices.overlay, **FULL)), is_end=True)
 
 
 def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
@@ -210,9 +204,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
     why = f"Geometry was off{f', {causes}' if causes else ''}{_learned(found)}. "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
-    yield DemoScene(
-        f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, is_last=True
-    )
+    yield DemoScene(f"{why}{end}", seconds=1.0, is_last=True)
 
 
 def _found(session: Session, found: Diagnosis, causes: str) -> str:
