@@ -45,8 +45,8 @@ BUDGETS = {
     "identification": 8_939,
     "diagnosis": 6_670,
     "exports": 588,
-    "session": 6_103,
-    "views": 6_715,
+    "session": 6_069,
+    "views": 6_679,
     "cli": 1_348,
     "extras": 1,
     "extras/camera": 3_482,
@@ -63,7 +63,7 @@ BUDGETS = {
     "extras/service": 1_143,
     "extras/trajectories": 895,
     "extras/workshop": 846,
-    "tests": 37_872,
+    "tests": 37_871,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
 READING_SET = 17_598

@@ -24,7 +24,7 @@ from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
 from workbench.data.postures import postures
-from workbench.data.readers.column_meanings import unread_text
+from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE, unread_text
 from workbench.data.readers.columns_option import GROUPS, Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
@@ -226,8 +226,8 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
 def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
     """Refuse columns that are not counted 1, 2, 3 …"""
     if (lacking := next((k for k, number in enumerate(numbers, 1) if number != k), None)) is not None:
-        wanted = f"call them {name.format(1)}, {name.format(2)}, … without a gap"
-        text = f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: {wanted}"
+        named = remedy(f"call it {name.format(lacking)}", page=CHOOSE_ON_PAGE)
+        text = f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: add it, or {named}"
         raise FileError(text, path=fields.source)
 
 
