@@ -9,7 +9,7 @@ import pytest
 from driven_effects import tracked_file
 
 from tests.session.direct_commands import done
-from workbench import Motion, load_robot, tool_poses
+from workbench import Motion, load_robot, read_measurements, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.assets import assets
@@ -22,7 +22,7 @@ from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import Overlay
-from workbench.session.export import calibrated_toml
+from workbench.session.export import calibrated_toml, measurements_csv
 from workbench.session.state import Focus
 from workbench.views.page.panels.columns import understood_as, with_column
 from workbench.views.page.panels.compare import numbers
@@ -70,6 +70,9 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     (tmp_path / name).write_bytes(content)
     wanted = found.runs["opt2"].calibrated.values(first.robot.default_free)
     assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
+    name, content = measurements_csv(session)
+    (tmp_path / name).write_bytes(content)
+    assert len(read_measurements(tmp_path / name, joints=6)) == 10
 
 
 def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_it(do, file):
