@@ -26,7 +26,7 @@ from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.comparison import STAGES, Overlay
-from workbench.session.export import calibrated_toml, next_poses_csv, report_zip
+from workbench.session.export import calibrated_toml, measurements_csv, next_poses_csv, report_zip
 from workbench.session.next_step import next_step
 from workbench.session.page_state import Severity
 from workbench.session.stages import stages
@@ -79,6 +79,9 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     (tmp_path / name).write_bytes(content)
     wanted = found.runs["opt2"].calibrated.values(first.robot.default_free)
     assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
+    name, content = measurements_csv(session)
+    (tmp_path / name).write_bytes(content)
+    assert len(read_measurements(tmp_path / name, joints=6)) == 10
 
 
 def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_it(do, file):
