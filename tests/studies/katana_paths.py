@@ -20,7 +20,6 @@ from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import STARTS, nearby_starts
 from workbench.base import se3
-from workbench.base.circles import fit_circle
 from workbench.base.errors import DataError
 from workbench.base.types import JointRows, Poses, Positions, Vector3
 from workbench.extras.trajectories.path import command_poses, followed
@@ -42,8 +41,13 @@ class Path(NamedTuple):
 
 def circle_through(points: Positions) -> tuple[Curve, Vector3]:
     """The circle from the first point towards the second, and its normal."""
-    fitted = fit_circle(points)
-    (first, second), normal = points[:2] - fitted.centre, fitted.axes[2]
+    middle = points.mean(0)
+    (a, b, normal) = np.linalg.svd(points - middle, full_matrices=False)[2]
+    flat = (points - middle) @ np.array([a, b]).T
+    design = np.column_stack([2.0 * flat, np.ones(len(flat))])  # Kåsa, IEEE Trans. Instrum. Meas. 25 (1976)
+    x, y, power = np.linalg.lstsq(design, (flat**2).sum(1), rcond=None)[0]
+    centre, radius = middle + x * a + y * b, np.sqrt(power + x**2 + y**2)
+    first, second = points[:2] - centre
     normal = normal * np.where(np.cross(first, second) @ normal < 0.0, -1.0, 1.0)
     along = first - (first @ normal) * normal
     along /= np.linalg.norm(along)
@@ -51,7 +55,7 @@ def circle_through(points: Positions) -> tuple[Curve, Vector3]:
 
     def curve(shares: np.ndarray) -> Positions:
         angle = 2.0 * np.pi * shares[:, None]
-        return fitted.centre + fitted.radius * np.hstack([np.cos(angle), np.sin(angle)]) @ sides
+        return centre + radius * np.hstack([np.cos(angle), np.sin(angle)]) @ sides
 
     return curve, normal
 
