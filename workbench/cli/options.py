@@ -31,7 +31,6 @@ def option(*names_and_help: str, **more: Any) -> Any:
 
 
 def argument(help: str) -> Any:
-    """An argument with its help text."""
     return typer.Argument(help=help)
 
 
@@ -288,12 +287,15 @@ def show(blocks: "Iterable[Block]") -> None:
     Console().print(as_rich(blocks))
 
 
-def give(found, doubt: str = "", save: Path | None = None) -> None:
-    """Print a result, and write it where `--json` says, if it does; a doubt ends it, with no file saved."""
+def give(found, doubt: str = "", save: Path | None = None, *, saved: str = "") -> None:
+    """Print a result, and write it where `--json` says, if it does; a doubt ends it, with no file saved, else
+    its robot is saved, or what it saves itself, called `saved`."""
     show(found.blocks())
     write_result(found.json)
     if doubt:
         fail(doubt if save is None else f"{doubt}; {save} is not written")
+    if save is not None:
+        say(f"{saved}: {found.save(save) if hasattr(found, 'save') else save_robot(found.robot, save)}")
 
 
 @contextmanager

@@ -71,9 +71,7 @@ def handeye(
     if len(pairs) > 2:
         raise OptionError(f"give a file or folder, or the robot's and the target's, not {len(pairs)} of them")
     found = wb.handeye(pairs, mounted=mounted)
-    opt.give(found, found.doubt, save)
-    if save is not None:
-        opt.say(f"camera: {found.save(save)}")
+    opt.give(found, found.doubt, save, saved="camera")
 
 
 @final

@@ -40,6 +40,4 @@ def rezero(
     out = dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand")
     with opt.progress_bar("rezero"):
         found = wb.rezero(arm, rows, noise=noise, frames=frames, exclude=out)
-    opt.give(found, found.sentence if found.doubts else "", save)
-    if save is not None:
-        opt.say(f"robot with the zeros found: {opt.save_robot(found.robot, save)}")
+    opt.give(found, found.sentence if found.doubts else "", save, saved="robot with the zeros found")
