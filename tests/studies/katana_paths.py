@@ -41,21 +41,17 @@ class Path(NamedTuple):
 
 def circle_through(points: Positions) -> tuple[Curve, Vector3]:
     """The circle from the first point towards the second, and its normal."""
-    middle = points.mean(0)
-    (a, b, normal) = np.linalg.svd(points - middle, full_matrices=False)[2]
-    flat = (points - middle) @ np.array([a, b]).T
-    design = np.column_stack([2.0 * flat, np.ones(len(flat))])  # Kåsa, IEEE Trans. Instrum. Meas. 25 (1976)
-    x, y, power = np.linalg.lstsq(design, (flat**2).sum(1), rcond=None)[0]
-    centre, radius = middle + x * a + y * b, np.sqrt(power + x**2 + y**2)
+    away = points - points.mean(0)
+    design = np.insert(2.0 * away, 3, 1.0, axis=1)  # Kåsa, IEEE Trans. Instrum. Meas. 25 (1976)
+    *middle, power = np.linalg.lstsq(design, (away**2).sum(1), rcond=1e-3)[0]
+    centre, radius = points.mean(0) + middle, np.sqrt(power + np.dot(middle, middle))
     first, second = points[:2] - centre
-    normal = normal * np.where(np.cross(first, second) @ normal < 0.0, -1.0, 1.0)
-    along = first - (first @ normal) * normal
-    along /= np.linalg.norm(along)
-    sides = np.array([along, np.cross(normal, along)])
+    normal = np.cross(first, second) / np.linalg.norm(np.cross(first, second))
+    along = first / np.linalg.norm(first)
+    sides = radius * np.array([along, np.cross(normal, along)])
 
     def curve(shares: np.ndarray) -> Positions:
-        angle = 2.0 * np.pi * shares[:, None]
-        return centre + radius * np.hstack([np.cos(angle), np.sin(angle)]) @ sides
+        return centre + np.hstack([f(2.0 * np.pi * shares[:, None]) for f in (np.cos, np.sin)]) @ sides
 
     return curve, normal
 
