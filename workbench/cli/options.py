@@ -164,7 +164,7 @@ class FitOptions:
         from workbench.base.files import exists
         from workbench.identification.fit_choices import FitChoices
 
-        own = vars(self) | {"exclude": dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand")}
+        own = dict(vars(self))
         if exists(self.held_out):  # --joints are of the other file
             own["held_out"] = replace(files, joints=None).read(Path(self.held_out), arm)
         if own.pop("force"):
@@ -182,15 +182,6 @@ class OutputOptions:
     def check(self) -> None:
         """Refuse unwritable outputs before the work begins."""
         check_writable(robot=self.save, folder=self.report)
-
-
-def whole_numbers(text: str | None, option: str) -> list[int]:
-    """Comma-separated whole numbers and ranges of them, as `3,21-37`, with the dash of messages, too."""
-    try:
-        ends = [part.replace("–", "-").split("-") for part in (text or "").split(",") if part.strip()]
-        return [number for first, *last in ends for number in range(int(first), int([first, *last][-1]) + 1)]
-    except ValueError:
-        raise OptionError(f"{option} must be whole numbers such as 3,4 or 21-37, got '{text}'") from None
 
 
 def quantity(text: str, option: str, kind: str = "LENGTH") -> float:

@@ -37,7 +37,6 @@ def rezero(
     arm = wb.load_robot(robot)
     opt.check_writable(robot=save)
     rows = files.read(data, arm)
-    out = dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand")
     with opt.progress_bar("rezero"):
-        found = wb.rezero(arm, rows, noise=noise, frames=frames, exclude=out)
+        found = wb.rezero(arm, rows, noise=noise, frames=frames, exclude=exclude)
     opt.give(found, found.sentence if found.doubts else "", save, saved="robot with the zeros found")
