@@ -61,9 +61,7 @@ def _noise(value: Any, given: Any) -> Any:
     if isinstance(value, str) and not any(map(str.isalpha, value)):
         text = f"noise '{value}' has no unit; write '{value.partition(',')[0]}mm', or '0.05mm,0.01deg'"
         raise OptionError(text, option="noise", found=value)
-    if (pair := pair_of(value)) is not None and not min(pair) > 0.0:
-        raise OptionError(f"noise must be positive, got {value}", option="noise", found=value)
-    if pair is not None and not isinstance(value, str) and pair[0] > MAX_NOISE:
+    if (pair := pair_of(value)) is not None and not isinstance(value, str) and pair[0] > MAX_NOISE:
         wrong = f"noise is in m: {pair[0]:g} would be {1e3 * pair[0]:g} mm; write '{pair[0]:g}mm', or a Noise"
         raise OptionError(wrong, option="noise", found=value)
     noise = value if pair is None else Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
