@@ -30,17 +30,8 @@ class Quantity(StrEnum):
     NUMBER = "1"
 
 
-EXAMPLES = {
-    Quantity.ANGLE: "rad or deg",
-    Quantity.LENGTH: "m or mm",
-    Quantity.TIME: "s",
-    Quantity.TEMPERATURE: "degC",
-    Quantity.MASS: "kg",
-    Quantity.TORQUE: "N*m",
-    Quantity.FORCE: "N",
-    Quantity.PIXEL: "px",
-    Quantity.NUMBER: "nothing",
-}
+EXAMPLES = {q: str(q) for q in Quantity} | {Quantity.ANGLE: "rad or deg", Quantity.LENGTH: "m or mm"}
+EXAMPLES |= {Quantity.NUMBER: "nothing"}
 
 # Spellings that the registry does not know, or knows as something else ('Nm' as number-metre, 'Grad' as
 # gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
@@ -158,7 +149,7 @@ def parse_quantity(text: str, quantity: Quantity) -> float:
     match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
     if match is None or (not match[2] and quantity is not Quantity.NUMBER):
         number, why = ("0.1", "is not a number with a unit") if match is None else (match[1], "has no unit")
-        units = EXAMPLES.get(quantity, str(quantity)).split(" or ")
+        units = EXAMPLES[quantity].split(" or ")
         raise UnitError(
             f"'{text}' {why}: write {' or '.join(f'{number} {unit}' for unit in units)}", unit=text
         )
