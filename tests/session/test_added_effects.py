@@ -10,6 +10,7 @@ from driven_effects import driven_file
 from slow import slow
 
 from workbench import evaluate, read_measurements
+from workbench.identification.run import judge
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify, LeaveRowsOut
@@ -36,6 +37,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(driver, do, tmp_p
     assert written == pytest.approx(session.results.diagnosis.measure_next, abs=1e-5)
     report = zipfile.ZipFile(io.BytesIO(report_zip(session)[1])).read("report/report.html").decode()
     assert session.results.diagnosis.causes[0].label in report
+    assert judge(session.results.identification.best, session.choices.wanted).verdict in report
     run = session.results.identification.runs[session.results.fit]
     diagnosed = session.results.diagnosis.robot
     assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
