@@ -17,6 +17,7 @@ from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.assets import assets
 from workbench.data.simulation.simulate import virtual_arm
+from workbench.identification.run import judge
 from workbench.session import replay
 from workbench.session.commands.arm import JogTo
 from workbench.session.commands.compare import SetOverlay, ShowRow
@@ -205,6 +206,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(driver, do, tmp_p
     assert written == pytest.approx(session.results.diagnosis.measure_next, abs=1e-5)
     report = zipfile.ZipFile(io.BytesIO(report_zip(session)[1])).read("report/report.html").decode()
     assert session.results.diagnosis.causes[0].label in report
+    assert judge(session.results.identification.best, session.choices.wanted).verdict in report
     run = session.results.identification.runs[session.results.fit]
     diagnosed = session.results.diagnosis.robot
     assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
