@@ -46,7 +46,7 @@ BUDGETS = {
     "diagnosis": 6_670,
     "exports": 588,
     "session": 6_069,
-    "views": 6_679,
+    "views": 6_686,
     "cli": 1_348,
     "extras": 1,
     "extras/camera": 3_475,

@@ -152,7 +152,7 @@ def outlier_text(result: Diagnosis) -> str:
     off = result.outlier_errors.text("max")
     up_to, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
     size = f"{up_to}{off} off, where the others' mean is {mean}; " if off else ""
-    return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or exclude {it}"
+    return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or correct the file"
 
 
 def coefficients(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> list[str]:

@@ -14,6 +14,7 @@ from workbench.report.blocks import ResultTable
 from workbench.report.chart import Chart, Marks, Upright
 from workbench.report.numbers import compared
 from workbench.report.result_display import as_html
+from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import STAGES, Comparison, ModelStage
@@ -157,7 +158,7 @@ class ComparePanel(AbstractPanel):
     """Errors of the models, scrubber, switches."""
 
     tab, order = Tab.COMPARE, 10
-    depends = ("results", "choices.overlay", "measurements")
+    depends = ("results", "choices.overlay", "measurements", "playback.focus")
 
     def build(self, gui: viser.GuiApi) -> None:
         self.html(_errors)
@@ -175,10 +176,16 @@ class ComparePanel(AbstractPanel):
         self.form(lambda n: ShowRow(int(np.abs(numbers(self._worker.session) - n).argmin())), row)
         with self.folder("Shown in the scene", visible=has_rows):
             hint = "Show the measured tool positions, coloured by their error once there is a fit."
-            points = self.checkbox("Measured points", hint, lambda s: s.choices.overlay.points)
+            points = self.checkbox("Measured points", hint, lambda s: s.seen_rows is not None)
             hint = "From predicted to measured positions: grey nominal, orange the model now."
             arrows = self.checkbox("Error arrows", hint, lambda s: s.choices.overlay.arrows)
-        self.form(lambda *shown: self.overlaid(points=shown[0], arrows=shown[1]), points, arrows)
+        self.form(self._with_points, points)
+        self.form(lambda is_on: self.overlaid(arrows=is_on), arrows)
+
+    def _with_points(self, is_on: bool) -> AbstractCommand:
+        """Shown again, or in place of the plate that is looked at."""
+        is_asked = is_on and self.session.choices.overlay.points
+        return ShowRow(self.session.results.row) if is_asked else self.overlaid(points=is_on)
 
 
 def _errors(session: Session) -> str:
