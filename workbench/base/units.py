@@ -136,6 +136,8 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
     if (common := COMMON.get(unit)) is not None and common.quantity in quantities:
         return common
     parsed, registry = _parsed(unit), _registry()
+    if Quantity.MASS in quantities and parsed.is_compatible_with("N"):  # a load by its weight
+        parsed /= registry.parse_units("standard_gravity")
     for quantity in quantities:
         other = _parsed(str(quantity))
         if parsed.dimensionality != other.dimensionality:
