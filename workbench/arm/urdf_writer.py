@@ -15,7 +15,7 @@ from workbench.arm.joint import Joint
 from workbench.arm.joint_frames import still
 from workbench.arm.masses import carried, moved, sphere_inertia
 from workbench.arm.robot import Robot
-from workbench.arm.urdf import BASE_LINK, TOOL_LINK, read_urdf, xml_root
+from workbench.arm.urdf import BASE_LINK, TOOL_LINK, ANY_EFFORT, read_urdf, xml_root
 from workbench.arm.usable_arm import usable_arm
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
@@ -89,7 +89,9 @@ def _skeleton(robot: Robot) -> ET.Element:
         ends = zip(("lower", "upper"), limits.tolist(), strict=True)
         limit = {end: repr(value) for end, value in ends if kind != "continuous"}
         if limit or joint.max_moment:
-            ET.SubElement(node, "limit", limit, effort=repr(float(joint.max_moment or 0)), velocity="1")
+            ET.SubElement(
+                node, "limit", limit, effort=repr(float(joint.max_moment or ANY_EFFORT)), velocity="1"
+            )
         if element.follows is not None:
             factor, offset = repr(float(element.ratio)), repr(float(element.value))
             ET.SubElement(node, "mimic", joint=leaders[element.follows], multiplier=factor, offset=offset)
