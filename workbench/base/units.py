@@ -161,9 +161,8 @@ def parse_quantity(text: str, quantity: Quantity) -> float:
     if match is None or (not match[2] and quantity is not Quantity.NUMBER):
         number, why = ("0.1", "is not a number with a unit") if match is None else (match[1], "has no unit")
         units = EXAMPLES.get(quantity, str(quantity)).split(" or ")
-        raise UnitError(
-            f"'{text}' {why}: write {' or '.join(f'{number} {unit}' for unit in units)}", unit=text
-        )
+        how = " or ".join(f"{number} {unit}" for unit in units)
+        raise UnitError(f"'{text}' {why}: write {how}", unit=text)
     return float(to_si(np.array([float(match[1])]), match[2], quantity)[0])
 
 
@@ -185,6 +184,5 @@ def _parsed(unit: str):
             return _registry().parse_units(text.replace("⋅", "*"))
         except Exception:  # the registry's parser answers odd text with nearly any exception
             pass
-    raise UnitError(
-        f"the unit '{unit}' is unknown: write e.g. rad, deg, m, mm, s, degC, kg or N*m", unit=unit
-    )
+    known = "rad, deg, m, mm, s, degC, kg or N*m"
+    raise UnitError(f"the unit '{unit}' is unknown: write e.g. {known}", unit=unit)
