@@ -66,9 +66,8 @@ class ToolTip(AbstractShown):
     @property
     def more(self) -> int:
         """How many more touches narrow the widest interval to the required one."""
-        return max(
-            int(np.ceil(self.used * (np.nanmax(self.half) / (self.wanted or USABLE)) ** 2)) - self.used, 0
-        )
+        wider = np.nanmax(self.half) / (self.wanted or USABLE)
+        return max(int(np.ceil(self.used * wider**2)) - self.used, 0)
 
     @property
     def doubt(self) -> str:
@@ -76,11 +75,9 @@ class ToolTip(AbstractShown):
         if self.of.scatter > shared.SCATTERED * self.of.robot.reach:
             return f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched"
         widest, wanted, known = float(np.nanmax(self.half)), self.wanted or USABLE, self._flange
-        if widest <= wanted and self.wanted and known > wanted:
-            how = "use the tip with this file only, or calibrate the arm better"
-            return f"the flange itself is known to ± {in_mm(known)} only, not ± {in_mm(wanted)}; {how}"
         if widest <= wanted:
-            return ""
+            how = f"± {in_mm(known)} only, not ± {in_mm(wanted)}; use the tip with this file only"
+            return f"the flange itself is known to {how}" if self.wanted and known > wanted else ""
         remedy = f"add {max(self.more, 1)} touches in different orientations"
         if widest > WEAK * np.nanmin(self.half):
             remedy = "tilt the tool more between touches, about all axes"
@@ -97,14 +94,12 @@ class ToolTip(AbstractShown):
     def sentence(self) -> str:
         places = [*zip("xyz", 1e3 * self.xyz, 1e3 * self.half, strict=True)]
         parts = (f"{axis} {signed(value, 3)} ± {half:.3f}" for axis, value, half in places if half == half)
-        still = (
-            f"; {axis} stays {signed(v, 3)} mm, as this arm can't tilt" for axis, v, h in places if h != h
-        )
+        still = (f"; {a} stays {signed(v, 3)} mm, as this arm can't tilt" for a, v, h in places if h != h)
         meet = f"{self.used} touches agree within {in_mm(self.of.scatter)}"
-        where = "in the flange (95 %)"
-        if self._flange > np.nanmax(self.half):
-            known = f"this model's flange, itself uncertain by {in_mm(self._flange)}"
-            where = f"in {known}: use the tip with this file only"
+        known = (
+            f"this model's flange, itself uncertain by {in_mm(self._flange)}: use the tip with this file only"
+        )
+        where = f"in {known}" if self._flange > np.nanmax(self.half) else "in the flange (95 %)"
         return f"tip at {', '.join(parts)} mm {where}; {meet}{''.join(still)}"
 
     def blocks(self) -> list[Block]:

@@ -90,18 +90,14 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, s
 
 def _scales(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, str, Optimum]]:
     """That all lengths changed alike, by first order; nothing if positions weren't measured."""
-    problem, points = zeros.problem, zeros.problem.data.position
-    if points is None:
+    problem, at = zeros.problem, zeros.problem.evaluate(zeros.x)
+    if (points := problem.data.position) is None:
         return
-    at, from_base = problem.evaluate(zeros.x), points - problem.robot_at(zeros.x).in_first_session.base.xyz
-    drawn = problem.again(data=replace(problem.data, position=points + from_base))
-    more = np.zeros(len(at.residual))
-    more[: problem.size] = drawn.residual(zeros.x) - at.residual[: problem.size]
-    factors = np.linalg.lstsq(np.column_stack([at.jacobian, more]), at.residual, rcond=1e-12)[0]
-    scale = -float(factors[-1])
-    rows = replace(problem.data, position=points + scale * from_base)
-    what = (
-        f"all lengths are {100.0 * abs(scale):.2g} % {'longer' if scale < 0.0 else 'shorter'} than calibrated"
-    )
+    longer = points - problem.robot_at(zeros.x).in_first_session.base.xyz
+    drawn = problem.again(data=replace(problem.data, position=points + longer)).residual(zeros.x)
+    more = np.pad(drawn - at.residual[: problem.size], (0, len(at.residual) - problem.size))
+    scale = np.linalg.lstsq(np.column_stack([at.jacobian, more]), at.residual, rcond=1e-12)[0][-1]
+    rows = replace(problem.data, position=points - scale * longer)
+    what = f"{SCALE} are {100.0 * abs(scale):.2g} % {'longer' if scale > 0.0 else 'shorter'} than calibrated"
     cure = "is the arm warmer or colder, or the instrument's scale another? measure a known distance with it"
     yield what, cure, replace(zeros.freed(knowledge, knowledge.robot.joint_offsets, data=rows), spent=1)
