@@ -56,7 +56,8 @@ def _met(robot: Robot, data: Dataset) -> tuple[float, list[str], Bool[np.ndarray
     """How far usual rows are from the best base and tool [m]; axes of which one base and tool meet all
     coordinates exactly; and the most rows that one meets so."""
     seen, rng = np.asarray(data.position), np.random.default_rng(0)
-    at = place(robot.bare, data.q[None], seen[None], None)
+    few = np.linspace(0, len(seen) - 1, min(len(seen), COUNTED)).astype(int)
+    at = place(robot.bare, data.q[None, few], seen[None, few], None)
     poses = at.base[0] @ chains.poses(robot.bare.chain, data.q) @ at.tool[0]
     points, turn = poses[:, :3, 3], poses[:, :3, :3]
     table = np.concatenate([-se3.skew(points - points.mean(0)), 0.0 * turn + np.eye(3), turn], axis=2)
@@ -66,15 +67,14 @@ def _met(robot: Robot, data: Dataset) -> tuple[float, list[str], Bool[np.ndarray
         flat = table[some].reshape(-1, table.shape[2]), off[some].ravel()
         return np.abs(off - table @ np.linalg.lstsq(*flat, rcond=1e-10)[0])
 
-    axes = ["xyz"[k] for k in range(3) if left(np.s_[:, k])[:, k].max() < EXACT]
+    axes = ["xyz"[k] for k in range(3) if left(np.s_[few, k])[:, k].max() < EXACT]
     some = rng.integers(0, len(off), (TRIES, 4))
     some = np.concatenate([some, np.arange(len(off) - 3)[:COUNTED, None] + np.arange(4)])  # or in a row
     own, wanted = table[some].reshape(len(some), 12, -1), off[some].reshape(len(some), 12, 1)
     back = np.swapaxes(own, 1, 2)
     found = np.linalg.solve(back @ own + 1e-13 * np.eye(own.shape[2]), back @ wanted)[..., 0]
-    few = np.linspace(0, len(off) - 1, min(len(off), COUNTED)).astype(int)
-    away = np.abs(off[few] - np.moveaxis(table[few] @ found.T, 2, 0)) < 10.0 * EXACT
-    away = np.abs(off - table @ found[away.all(2).sum(1).argmax()])
-    for limit in (10.0, 4.0, 1.0):
+    near = (np.abs(off[few] - np.moveaxis(table[few] @ found.T, 2, 0)) < 10.0 * EXACT).all(2).sum(1)
+    away = np.abs(off - table @ found[near.argmax()])
+    for limit in (10.0, 4.0, 1.0) if near.max() > 4 else ():
         away = left((away < limit * EXACT).all(1))
     return float(np.median(np.linalg.norm(off, axis=1))), axes, (away < EXACT).all(1)
