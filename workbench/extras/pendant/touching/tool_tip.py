@@ -157,7 +157,8 @@ def _points(touches: Dataset) -> Float[np.ndarray, "rows points"]:
 
 def _untilted(robot: Robot) -> Bool[np.ndarray, "3"]:
     """The axis of the flange about which alone an arm turns it, as a SCARA does."""
-    q = np.random.default_rng(0).uniform(*robot.search_limits.T, (50, robot.dof))
+    low, high = robot.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (50, robot.dof))
     turns = shared.flanges(robot, q)[:, :3, :3]
     return np.asarray((turns - turns.mean(0)).std(0).max(0) < TILTED**2)
 
