@@ -16,12 +16,13 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.wording import in_mm, ranges
 from workbench.data.dataset import Dataset
+from workbench.data.postures import postures
 from workbench.identification.meaning.placement import place
 
 EXACT, CLEARLY = 5e-6, 20.0
 """Distance [m] up to which a model meets rows that it computed, and by what factor others are farther."""
 MIN_ROWS, MIN_COMPUTED, MOST = 16, 6, 0.65
-"""Fewest rows that are asked, and of such ones, and their largest share: of more the others are wrong."""
+"""Fewest postures that are asked, and of such rows, and their largest share: of more others are wrong."""
 TRIES, COUNTED = 1000, 200
 """Sets of four rows that are drawn, and rows among which those that go with them are counted."""
 
@@ -37,14 +38,18 @@ def without_computed(robot: Robot, data: Dataset) -> Dataset:
     is_whole = data.included & np.isfinite(data.position).all(1) & np.isfinite(data.q).all(1)
     for name in data.sessions:
         rows = np.flatnonzero(data.in_session(name) & is_whole)
-        if len(rows) < MIN_ROWS or (usual := (met := _met(robot, data.take(rows)))[0]) < CLEARLY * EXACT:
+        posture = postures(data.q[rows])
+        if (
+            len({*posture}) < MIN_ROWS
+            or (usual := (met := _met(robot, data.take(rows)))[0]) < CLEARLY * EXACT
+        ):
             continue
         how = f"to {in_mm(EXACT)}, usual rows to {in_mm(usual)}: computed with it"
         if 0 < len(axes := met[1]) < 3:
             text = f"the arm's model meets {', '.join(axes)} of all rows {how}; give what was measured"
             raise DataError(f"{data.source}: {text}")
         found = rows[met[2]]
-        if MIN_COMPUTED <= len(found) <= MOST * len(rows):
+        if len({*posture[met[2]]}) >= MIN_COMPUTED and len(found) <= MOST * len(rows):
             which = f"{len(found)} of {len(rows)} rows ({ranges(data.row[found].tolist())})"
             note = f"the arm's model meets {which} {how}, not measured, and left out"
             data = replace(data, notes=(*data.notes, note))
