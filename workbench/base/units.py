@@ -127,6 +127,8 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
     if (common := COMMON.get(unit)) is not None and common.quantity in quantities:
         return common
     parsed, registry = _parsed(unit), _registry()
+    if Quantity.MASS in quantities and parsed.is_compatible_with("N"):  # a load by its weight
+        parsed /= registry.parse_units("standard_gravity")
     for quantity in quantities:
         other = _parsed(str(quantity))
         if parsed.dimensionality != other.dimensionality:
@@ -150,9 +152,8 @@ def parse_quantity(text: str, quantity: Quantity) -> float:
     if match is None or (not match[2] and quantity is not Quantity.NUMBER):
         number, why = ("0.1", "is not a number with a unit") if match is None else (match[1], "has no unit")
         units = EXAMPLES[quantity].split(" or ")
-        raise UnitError(
-            f"'{text}' {why}: write {' or '.join(f'{number} {unit}' for unit in units)}", unit=text
-        )
+        how = " or ".join(f"{number} {unit}" for unit in units)
+        raise UnitError(f"'{text}' {why}: write {how}", unit=text)
     return float(to_si(np.array([float(match[1])]), match[2], quantity)[0])
 
 
@@ -174,6 +175,5 @@ def _parsed(unit: str):
             return _registry().parse_units(text.replace("⋅", "*"))
         except Exception:  # the registry's parser answers odd text with nearly any exception
             pass
-    raise UnitError(
-        f"the unit '{unit}' is unknown: write e.g. rad, deg, m, mm, s, degC, kg or N*m", unit=unit
-    )
+    known = "rad, deg, m, mm, s, degC, kg or N*m"
+    raise UnitError(f"the unit '{unit}' is unknown: write e.g. {known}", unit=unit)

@@ -217,7 +217,8 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
         lacks, read = max(wanted - len(numbers), 0), [fields.headings[f"q{k}"] for k in numbers]
         slides = sliding_numbers(joints) if isinstance(joints, Robot) else ()
         more = unread_text(fields.unread, f"q{numbers[-1] + 1}", lacks, read, slides)
-        how = f"choose the robot that has them{more * (lacks > 0)}"
+        still = "; if a joint stood still, add its angle as a column"
+        how = f"choose the robot that has them{(more or still) * (lacks > 0)}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
         raise ShapeError(text, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
