@@ -154,6 +154,14 @@ def plate():
     return load_plate("table2")
 
 
+@pytest.fixture(scope="module")
+def short_polish():
+    """Searches for a plate whose last part is a third as long: what they keep to is the same."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("workbench.plate.optimiser.search.POLISH_STEP_SIZES", (1.0, 0.35, 0.1))
+        yield
+
+
 @pytest.fixture(scope="session")
 def solutions(aria, plate):
     """All branches of its targets."""

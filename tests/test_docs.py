@@ -5,7 +5,6 @@ import os
 import re
 import subprocess
 import sys
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -111,10 +110,10 @@ def test_every_command_is_in_the_table():
         assert re.search(rf"`(workbench )?{name}\b", PAGES["commands"]), name
 
 
-def test_every_section_of_the_help_has_a_page():
+def test_every_section_of_the_help_has_a_page(built):
     shown = [name for text in PAGES.values() for name in re.findall(r"\.\. commands:: (\w+)", text)]
     assert sorted(shown) == sorted(SECTIONS)
-    assert {command.rich_help_panel for command in built().whole.commands.values()} <= set(SECTIONS)
+    assert {command.rich_help_panel for command in built(app).whole.commands.values()} <= set(SECTIONS)
 
 
 def quoted(text: str) -> list[str]:
@@ -124,16 +123,9 @@ def quoted(text: str) -> list[str]:
     return [line.replace("\\|", "|") for line in [*found, *commands(text)] if "workbench " in line]
 
 
-@cache
-def built() -> Any:
-    """The commands as typer builds them."""
-    return typer.main.get_command(app)
-
-
-def unknown(line: str) -> str:
+def unknown(line: str, known: typer.core.TyperGroup | Any) -> str:
     """What of a command line no command has; empty if it could be run."""
     text = [w for w in line.partition("workbench ")[2].partition("  #")[0].split() if w not in "…·|&&"]
-    known: typer.core.TyperGroup | Any = built()
     while text and hasattr(known, "commands"):
         if re.search(r"\.(urdf|csv|toml|xacro)$", text[0]):  # a file in the place of a command
             return ""
@@ -148,13 +140,14 @@ def unknown(line: str) -> str:
     return next((name for name in named if name not in {*options, "--help"}), "")
 
 
-def test_every_command_that_a_text_names_exists_with_its_options():
+def test_every_command_that_a_text_names_exists_with_its_options(built):
+    whole = built(app)
     texts = PAGES | {"README": README, "wings": (ROOT / "workbench" / "README.md").read_text("utf-8")}
     lines = [(name, line) for name, text in texts.items() for line in quoted(text)]
     assert len(lines) > 80
-    assert not [(name, line, word) for name, line in lines if (word := unknown(line))]
-    assert unknown("workbench identify D --robat R") == "--robat"
-    assert unknown("workbench identity D") == "identity"
+    assert not [(name, line, word) for name, line in lines if (word := unknown(line, whole))]
+    assert unknown("workbench identify D --robat R", whole) == "--robat"
+    assert unknown("workbench identity D", whole) == "identity"
 
 
 def test_errors_of_measured_arms_are_the_golden_numbers():

@@ -30,14 +30,6 @@ def test_an_evaluation_prints_and_is_drawn(fit, rows):
     assert found._repr_html_().count("<circle") == 40
 
 
-def test_markup_in_a_name_is_only_text(rows):
-    from dataclasses import replace
-
-    found = wb.evaluate(replace(wb.load_robot("aria"), name="<b>[red]x"), rows)
-    assert "&lt;b&gt;[red]x" in found._repr_html_()
-    assert "<b>[red]x" in str(found)
-
-
 # -- measurements ---------------------------------------------------------------------------------
 
 

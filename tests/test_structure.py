@@ -37,36 +37,36 @@ UPWARDS = {("arm/robot.py", name) for name in ("robot_from_rows", "save_robot", 
 LONGEST = 600
 BUDGETS = {
     "root": 251,
-    "base": 2_094,
+    "base": 2_041,
     "report": 798,
     "arm": 8_720,
     "data": 5_175,
     "plate": 4_700,
-    "identification": 8_939,
+    "identification": 8_935,
     "diagnosis": 6_670,
     "exports": 588,
-    "session": 6_103,
-    "views": 6_715,
+    "session": 6_069,
+    "views": 6_686,
     "cli": 1_348,
     "extras": 1,
-    "extras/camera": 3_482,
+    "extras/camera": 3_475,
     "extras/controllers": 686,
-    "extras/hobby": 719,
+    "extras/hobby": 717,
     "extras/katana": 998,
     "extras/live": 1_024,
-    "extras/logs": 900,
-    "extras/pendant": 1_928,
+    "extras/logs": 895,
+    "extras/pendant": 1_923,
     "extras/poses": 874,
     "extras/production": 447,
     "extras/reproduce": 88,
     "extras/review": 266,
-    "extras/service": 1_143,
+    "extras/service": 1_140,
     "extras/trajectories": 895,
     "extras/workshop": 846,
-    "tests": 37_872,
+    "tests": 37_871,
 }
 """Lines of Python that each wing, each extra and all tests may have: they may only fall."""
-READING_SET = 17_598
+READING_SET = 17_579
 """Lines of the files that `workbench/README.md` lists to be read first: they may only fall, to 17,000."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]

@@ -70,6 +70,6 @@ from workbench.plate.region import Region as Region
 from workbench.plate.score import score as score
 from workbench.plate.simulated_measurement import measure_plate as measure_plate
 from workbench.plate.simulated_measurement import measure_poses as measure_poses
-from workbench.views.page.show import show as show
+from workbench.views.page.app import show as show
 
 __version__: str

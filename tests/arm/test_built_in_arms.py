@@ -56,7 +56,10 @@ def test_iiwa7_has_the_documented_axes_and_height():
     np.testing.assert_allclose(flange[:3, 3], [0, 0, 1.266], atol=1e-8)
 
 
-@pytest.mark.parametrize(("name", "own"), [("katana450", "katana"), *((n, n) for n in ARMS if "aria" in n)])
+KATANAS = [(f"katana450{form}", "katana") for form in ("", "-three-rotation")]
+
+
+@pytest.mark.parametrize(("name", "own"), [*KATANAS, *((n, n) for n in ARMS if "aria" in n)])
 def test_the_arms_of_both_works_are_those_of_their_tables(name, own):
     robot, arm = load_robot(name), ARMS[own]()
     q = arm.random(np.random.default_rng(6), 20)

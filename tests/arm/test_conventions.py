@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from generator import move, shift, turn
+from generator import move, turn
 
 import workbench as wb
-from workbench import Motion, identification_jacobian, link_frames, load_robot, tool_poses
+from workbench import Motion, identification_jacobian, link_frames, load_robot
 from workbench.arm.conventions import JointEntry, default_free
 from workbench.arm.joint import JointKind
 
@@ -100,24 +100,6 @@ def test_links_multiply_with_every_kind_of_joint(name, tmp_path):
             t = t @ LINKS[name][0](*constants)
             np.testing.assert_allclose(frames[k + 1], t, atol=1e-13)
         np.testing.assert_allclose(frames[-1], t, atol=1e-13)
-
-
-def katana_4_6(q):
-    """Katana eqs. (4.2) to (4.6) with their printed lengths, in metres."""
-    quarter = np.pi / 2
-    t30 = turn("z", q[0]) @ turn("x", quarter) @ turn("z", q[1]) @ move("x", 0.19)
-    t43 = turn("x", 0.0) @ turn("y", 0.0) @ turn("z", q[2]) @ move("x", 0.139)
-    t54 = turn("z", q[3]) @ turn("y", 0.0) @ turn("x", -quarter) @ move("z", 0.1473)
-    t65 = turn("z", q[4]) @ turn("y", 0.0) @ turn("x", quarter) @ move("z", 0.2)
-    return t30 @ t43 @ t54 @ t65
-
-
-def test_katana_in_three_rotations_is_the_thesis():
-    robot = load_robot("katana450-three-rotation")
-    corner = shift((0.055, 0.055, 0.2015))  # eq. (4.7)
-    q = np.random.default_rng(4).uniform(robot.limits[:, 0], robot.limits[:, 1], (20, 5))
-    expected = [corner @ katana_4_6(row) for row in q]
-    np.testing.assert_allclose(tool_poses(robot, Motion(q)), expected, atol=1e-14)
 
 
 def entry(alpha=0.0, kind=JointKind.REVOLUTE, free=None):

@@ -276,7 +276,10 @@ def test_what_stands_before_the_declaration_and_undeclared_prefixes_are_ignored(
 def test_an_effort_below_nil_is_none_and_the_table_is_read_again(tmp_path):
     robot = read(tmp_path, urdf(joint(0, limit=LIMIT.replace('"10"', '"-1"')), joint(1)))
     assert [j.max_moment for j in robot.moving] == [None, 10.0]
-    assert read_toml(write_toml(robot, tmp_path / "r.toml")).dof == 2
+    table = read_toml(write_toml(robot, tmp_path / "r.toml"))
+    again = read_urdf(write_urdf(table, tmp_path / "again.urdf"))
+    assert (table.dof, [j.max_moment for j in again.moving]) == (2, [None, 10.0])
+    assert 'effort="0' not in (tmp_path / "again.urdf").read_text()
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from refusals import mentions
 
 from workbench import Motion, evaluate, identify, load_robot, measure_poses, tool_poses, write_measurements
 from workbench.arm.effects.backlash import Backlash
@@ -32,31 +31,6 @@ def moved():
         rows, q=q, position=poses[:, :3, 3], rotation=poses[:, :3, :3], time=10.0 * np.arange(30), sigma=None
     )
     return loose, rows
-
-
-# -- whole runs -----------------------------------------------------------------------------------
-
-
-def test_found_saved_and_used(told, soft):
-    """diagnose → evaluate and identify with the saved arm: the effect stays in force."""
-    data = soft / "soft.csv"
-    found, out = told("diagnose", data, "--robot", "aria", "--save", "c.toml")
-    assert "joint-compliance" in out
-    assert mentions(out, "c.toml")
-    assert found["schema"] == "workbench.diagnosis/1"
-    assert [(e["name"], e["joints"]) for e in found["effects"]] == [("joint-compliance", [2])]
-    assert found["measurements"]["used"] + found["measurements"]["held_out"] == 70
-    before, after = (found[part]["held_out"]["position_mm"]["mean"] for part in ("before", "after"))
-    assert after < 0.6 * before
-    assert "[[effect]]" in Path("c.toml").read_text()
-
-    whole = told("evaluate", data, "--robot", "c.toml")[0]["errors"]["position_mm"]["mean"]
-    parts = found["after"]
-    train, held_out = (parts[rows]["position_mm"]["mean"] for rows in ("train", "held_out"))
-    expected = (56 * train + 14 * held_out) / 70
-    assert 0.95 * expected < whole < expected  # the saved arm was fitted on all rows
-    again = told("identify", data, "--robot", "c.toml", "--algorithm", "ols")[0]["algorithms"]["ols"]
-    assert 0.8 * after < again["held_out"]["position_mm"]["mean"] < 1.05 * after  # its nominal is calibrated
 
 
 @pytest.mark.parametrize(

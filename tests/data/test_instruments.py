@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from checks import any_joints
 
-from workbench import Instrument, Motion, link_frames, measure_poses, tool_poses, write_measurements
+from workbench import Instrument, Motion, measure_poses, tool_poses, write_measurements
 from workbench.base import se3
 from workbench.data.readers import read_measurements
-from workbench.data.simulation.instruments import INSTRUMENTS, THREE_MARKERS, Observes
+from workbench.data.simulation.instruments import THREE_MARKERS, Observes
 from workbench.data.simulation.simulate import simulate
 from workbench.identification.identify import identify
 
@@ -24,20 +24,6 @@ def test_three_markers_give_a_pose_as_well_as_promised(katana, samples):
     assert np.isclose(np.sqrt((error[:, :3] ** 2).mean()), position, rtol=0.05)
     assert np.isclose(np.sqrt((error[:, 3:] ** 2).mean()), rotation, rtol=0.05)
     assert np.allclose(rows.sigma[0], [position] * 3 + [rotation] * 3)
-
-
-def test_inclinometers_read_where_up_is(katana):
-    """A link turned back by its readings, first about x and then about y, has its z axis upright again."""
-    q = any_joints(katana, 40)
-    rows = simulate(katana, Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0))
-    assert set(rows.tilt) == {1, 2, 3, 4, 5}
-    frames, off = link_frames(katana, Motion(q)), []
-    for link, tilt in rows.tilt.items():
-        back = se3.rpy_to_matrix(np.stack([tilt[:, 0], tilt[:, 1], np.zeros(40)], 1))
-        upright = frames[:, link, :3, :3] @ np.swapaxes(back, 1, 2)
-        off.append(upright[:, :2, 2])
-    assert np.isclose(np.std(off), np.deg2rad(0.001), rtol=0.1)
-    assert np.abs(rows.tilt[1]).max() < 1e-4  # the first link turns about the vertical
 
 
 WITHIN_MM = {"photogrammetric-tracker": 0.12, "optotrak": 0.02, "ball-bar": 0.03}

@@ -9,7 +9,7 @@ from refusals import refuses
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.data.readers.read import preview
-from workbench.views.page.panels.columns import understood_as
+from workbench.views.page.panels.data import understood_as
 
 
 def test_columns_are_said_by_their_headings(tmp_path, run):

@@ -174,6 +174,7 @@ GAP = (" x=5 mm", "", " x=6 mm")
 NAMED = {
     "&ACCESS\nDECL E6AXIS P={{A1 {},A2 {},A3 {},E1 0.0}}\nDECL E6POS Q={{X 1.0,Y 2.0}}\n": False,
     "/PROG A\nP[1]{{ J1= {} deg, J2= {} deg,\n J3= {} deg }};\n": False,
+    "MODULE M\nCONST jointtarget j:=[[{},{},{}],[9E9,9E9,9E9,9E9,9E9,9E9]];\n": False,
     "q1={} q2={} q3={} X=1.0 mm\n": True,
 }
 
@@ -184,6 +185,16 @@ def test_joints_stand_behind_their_names(tmp_path, form):
     values = read_fields(tmp_path / "t.txt").values
     assert np.rad2deg([values[f"q{k}"][1] for k in (1, 2, 3)]) == pytest.approx([11.5, -21, 31])
     assert ("x" in values) == NAMED[form]
+
+
+def test_angles_in_minutes_numbers_for_nothing_and_a_load_by_its_weight(tmp_path):
+    rows = ["-130°30'36\"", "12°0′0.0″", "1.5"], ["-9999", "2", "99999.9"], ["9.80665", "0", "20"]
+    text = "\n".join(map(";".join, zip(*rows, strict=True)))
+    (tmp_path / "t.csv").write_text(f"A1[deg];x[mm];Last [N]\n{text}\n", encoding="utf-8")
+    values = read_fields(tmp_path / "t.csv").values
+    assert np.rad2deg(values["q1"]) == pytest.approx([-130.51, 12.0, 1.5])
+    np.testing.assert_allclose(values["x"], [np.nan, 2e-3, np.nan])
+    assert values["payload"] == pytest.approx([1.0, 0.0, 20.0 / 9.80665])
 
 
 def test_a_line_of_names_is_a_row(tmp_path):

@@ -145,3 +145,17 @@ def test_a_cancelled_diagnosis_leaves_nothing_behind(aria):
         assert threading.active_count() == threads
         assert pickle.dumps(compliant) == given
     assert answer() == before
+
+
+def test_markers_that_move_as_one_body_are_its_pose():
+    """A tracker's own reflectors were called computed, and nothing was looked for."""
+    _, rows = measure_poses(load_robot("aria"), 100, effects=("joint-compliance:2:5e-5",), seed=1)
+    body = np.array([[0.07, 0.0, 0.1], [-0.07, 0.02, 0.1], [0.0, 0.09, 0.12]])
+    markers = rows.position[:, None] + np.einsum("rij,mj->rmi", rows.rotation, body)
+    markers += np.random.default_rng(0).normal(0.0, 3e-6, markers.shape)
+    markers[7, 1] = np.nan
+    found = diagnose("aria", replace(rows, position=None, rotation=None, sigma=None, markers=markers))
+    assert "read as its pose" in " ".join(found.notes)
+    assert dict(found.excluded)[7] == "shows too few markers"
+    assert [a.effect.name for a in found.effects] == ["joint-compliance"]
+    assert found.after.held_out.orientation_deg.mean < 0.5 * found.before.held_out.orientation_deg.mean

@@ -139,9 +139,8 @@ def test_what_is_stated_of_the_files_is_what_they_leave(name, held_out, tmp_path
 def test_a_search_over_all_places_is_a_fit_at_each():
     """Its best place and evidence are those of columns that are differentiated and fitted one by one."""
     made = make(CASES["zero"], 1, "katana")
-    stage = rounds.geometry_first(
-        diagnose(made.robot, made.data, held_out=0.0).before_fit.problem.with_deviation(None)
-    )
+    alone = identify(made.robot, made.data, held_out=0.0).best.fit
+    stage = rounds.geometry_first(alone.problem.with_deviation(None))
     fold, problem = np.arange(len(made.data)) % 5, stage.problem
     kinds, line = changeable(problem), Timeline.of(problem.data)
     grams = compress(problem, stage.fit.x, [], fold, changed=[k.event for k in kinds], pieces=line.piece)

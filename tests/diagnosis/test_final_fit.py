@@ -54,6 +54,8 @@ def test_the_saved_arm_is_fitted_on_all_rows(rows, clean):
     (found,) = clean.effects
     assert found.effect.coefficients == clean.robot.effects[0].coefficients
     assert found.std[0] < clean.after_fit.std[-1]
+    after, again = clean.after.held_out, identify(clean.robot, rows, algorithms=("ols",)).best.held_out
+    assert 0.8 < again.position_mm.mean / after.position_mm.mean < 1.05  # its nominal arm is the saved one
 
 
 def test_the_tool_is_as_uncertain_as_the_rows_are_predicted(clean):

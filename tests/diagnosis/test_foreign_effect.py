@@ -17,22 +17,6 @@ from workbench.parts import Parts, register
 
 @final
 @dataclass(frozen=True)
-class WarmJoint(AbstractEffect):
-    """A joint whose zero follows the temperature; a law and a sentence."""
-
-    name = "warm-joint"
-    needs = ("temperature",)
-
-    def law(self, chain, motion, wrenches):
-        warmer = motion.need("temperature", self.name) - 20.0
-        return np.tile(warmer[:, None, None], (1, 1, len(self.joints))) * np.eye(len(self.joints))
-
-    def sentence(self, chain, motion):
-        return f"{self.where} follows the temperature by {self.size(chain)} per kelvin"
-
-
-@final
-@dataclass(frozen=True)
 class Shrink(AbstractEffect):
     """All joints read too little alike, with three elements and one coefficient."""
 
@@ -49,7 +33,7 @@ class Shrink(AbstractEffect):
         return f"the arm shrinks by {self.size(chain)}"
 
 
-KINDS = (GearSag, WarmJoint, Shrink)
+KINDS = (GearSag, Shrink)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -62,15 +46,15 @@ def registered():
 def test_sizes_have_defaults(aria):
     """A law and a sentence make an example that shows, and units."""
     rng = np.random.default_rng(0)
-    for name in ("gear-sag", "warm-joint", "shrink"):
+    for name in ("gear-sag", "shrink"):
         (effect,), _ = hidden_effects(aria, [name], rng=rng)
         assert effect.units(aria.with_effects(effect).chain) == ("rad",)
 
 
 def test_a_saved_arm_comes_back(tmp_path):
-    warm = load_robot("aria").with_effects(WarmJoint((2, 4), (1e-5, 2e-5)), Shrink((), (1e-4,)))
-    again = read_toml(write_toml(warm, tmp_path / "warm.toml"))
-    assert again.effects == warm.effects
-    assert list(again.coefficients) == ["joint3.warm_joint", "joint5.warm_joint", "arm.shrink"]
+    sagging = load_robot("aria").with_effects(GearSag((2, 4), (1e-5, 2e-5)), Shrink((), (1e-4,)))
+    again = read_toml(write_toml(sagging, tmp_path / "sagging.toml"))
+    assert again.effects == sagging.effects
+    assert list(again.coefficients) == ["joint3.gear_sag", "joint5.gear_sag", "arm.shrink"]
     with pytest.raises(RobotError, match="whole"):
-        warm.with_effects(Shrink((1,)))
+        sagging.with_effects(Shrink((1,)))

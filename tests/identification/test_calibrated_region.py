@@ -7,6 +7,7 @@ import pytest
 from checks import with_errors
 
 import workbench as wb
+from tests.exports.test_unmeasured_orientation import flanges
 from workbench.arm.calibrated_region import region_text
 from workbench.base.errors import OptionError, RobotError
 from workbench.data.dataset import Dataset
@@ -40,6 +41,21 @@ def test_a_path_among_the_measured_poses_needs_no_warning(arms):
     assert region_text(calibrated, CENTRE + np.linspace(-0.3, 0.3, 20)[:, None]) == ()
     assert "elsewhere within the joint limits" in region_text(calibrated)[0]
     assert region_text(wb.load_robot("ur5e")) == ()
+
+
+def test_where_parallel_joints_alone_moved_base_and_tool_are_open_along_their_axes():
+    rng = np.random.default_rng(2)
+    q = CENTRE + rng.uniform(-0.6, 0.6, (40, 6)) * [0, 1, 1, 1, 0, 0]
+    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    place, tool = np.array([0.9, -0.4, 0.25]), np.array([0.03, -0.02, 0.11, 1.0])
+    points = (flanges(q) @ tool)[:, :3] @ turned.T + place + rng.normal(0.0, 3e-5, (40, 3))
+    found = wb.identify("ur5", Dataset(q=q, position=points)).best
+    own = {p.name: (x, s) for p, x, s in zip(found.fit.parameters, found.fit.x, found.fit.std, strict=True)}
+    for name, true in zip(("base.x", "base.y", "base.z"), place, strict=True):
+        assert abs(own[name][0] - true) < 3.0 * own[name][1]
+    far = rng.uniform(-2.0, 2.0, (200, 6))
+    seen = found.calibrated.predict(far)[:, :3, 3] - (flanges(far) @ tool)[:, :3] @ turned.T - place
+    assert 0.2 < np.sqrt((seen**2).sum(1).mean()) / found.transfer.anywhere.position < 5.0
 
 
 @pytest.mark.extra("trajectories")

@@ -349,3 +349,41 @@ def test_no_family_of_readings_is_searched_without_bound(monkeypatch):
     own = families.JointColumns(load_robot("aria").bare, np.zeros((5, 6)))
     assert max(len(some.cost) for each in families.FAMILIES for some in each.of(own)) <= 500
     assert len(own.orders[0]) == 15
+
+
+def test_rows_that_the_nominal_arm_computed_are_named():
+    """Targets that were filled in bent the arm: 26 of 80 left 0.7 mm, and none of them was named."""
+    robot, data = measured("puma", with_rotation=False)
+    base, tip = shift([1.2, -0.7, 0.4]) @ turn("z", 0.8) @ turn("x", 0.3), [0.05, 0.08, 0.11, 1.0]
+    rows, own = np.arange(50) % 3 == 1, np.round((base @ robot.predict(data.q) @ tip)[:, :3], 7)
+    found = identify(robot, replace(data, position=np.where(rows[:, None], own, data.position)))
+    assert mentions(found.common[0], "17 of 50 rows were computed with the nominal arm")
+    assert f"--exclude {','.join(map(str, np.flatnonzero(rows)))} " in found.common[0]
+    assert found.common[0] in found.robot.calibration.refused[""]
+
+
+@pytest.mark.parametrize("hidden", [0.0, 0.3])
+def test_markers_whose_names_were_exchanged_are_put_back(hidden):
+    """Rows of the wrong order were excluded, one held out was 49 mm off and not named; or base and tool were
+    said to have moved."""
+    rng, (robot, data) = np.random.default_rng(4), measured("puma", with_rotation=True)
+    body = np.array([[0.0, 0.0, 0.0], [0.06, 0.0, 0.0], [0.0, 0.05, 0.01], [0.02, 0.02, 0.07]])
+    seen = data.position[:, None] + np.einsum("rij,mj->rmi", data.rotation, body)
+    seen[rng.random(seen.shape[:2]) < hidden] = np.nan
+    rows = np.arange(50) >= 30
+    markers = np.where(rows[:, None, None], seen[:, [1, 2, 0, 3]], seen)
+    found = identify(robot, replace(data, position=None, rotation=None, markers=markers))
+    assert mentions(" ".join(found.notes), "markers 1 and 2 and 3 are exchanged in rows 30–49")
+    assert not found.outliers
+    assert found.best.held_out.position_mm.max < 0.3
+
+
+def test_a_held_out_row_of_markers_that_no_arm_explains_is_named():
+    rng, (robot, data) = np.random.default_rng(4), measured("puma", with_rotation=True)
+    body = np.array([[0.06, 0.0, 0.0], [-0.06, 0.0, 0.0], [0.0, 0.1, 0.0]])
+    markers = data.position[:, None] + np.einsum("rij,mj->rmi", data.rotation, body)
+    row = identify(robot, rows := replace(data, position=None, rotation=None, markers=markers)).held_out_rows[
+        2
+    ]
+    markers[row, 1] += rng.normal(0.0, 4e-3, 3)
+    assert identify(robot, replace(rows, markers=markers)).suspects == (row,)

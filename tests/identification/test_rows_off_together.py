@@ -65,12 +65,12 @@ def test_rows_that_lie_off_together_are_named(shift, away, text):
     assert stated == pytest.approx([1e3 * v for v in shift], abs=0.1)
 
 
-def test_every_other_row_of_another_arm_is_named_and_play_is_not():
+def test_rows_of_another_arm_and_computed_ones_are_named_and_play_is_not():
     rng, every = np.random.default_rng(5), np.arange(90) % 2
     q, arms = rng.uniform(-2.0, 2.0, (90, 6)), rng.normal(0.0, 5e-4, (2, 6, 6))
     noise = rng.normal(0.0, 3e-5, (90, 3))
 
-    def found(first, second):
+    def found(first, second, noise=noise):
         seen = np.where(every[:, None, None] > 0, second, first) @ [0.03, 0.0, 0.1, 1.0]
         return wb.identify("ur5", Dataset(q=q, position=seen[:, :3] + noise))
 
@@ -80,6 +80,9 @@ def test_every_other_row_of_another_arm_is_named_and_play_is_not():
     assert len(named & {*np.flatnonzero(every == every[min(named)])}) > 0.9 * len(named)
     assert len(named) > 30
     assert said in two.robot.calibration.refused[""]
+    typed = found(flanges(q, arms[0]), flanges(q, 0.0 * arms[0]), noise=noise * (1 - every[:, None]))
+    (said,) = [w for w in typed.warnings if "45 of 90 rows were computed with the nominal arm" in w]
+    assert f"--exclude {','.join(map(str, np.flatnonzero(every)))} " in said
     played = found(flanges(q, arms[0]), flanges(q + 2e-3 * np.eye(6)[1], arms[0]))
     assert not [w for w in played.warnings if "need constants" in w]
 

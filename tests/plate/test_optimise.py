@@ -18,6 +18,7 @@ from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
 from workbench.plate.tolerances import Production
 
+pytestmark = pytest.mark.usefixtures("short_polish")
 SIGMA = np.repeat([1e-4, np.deg2rad(0.02)], 3)
 
 

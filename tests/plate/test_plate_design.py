@@ -17,6 +17,8 @@ from workbench.plate.target_readings import linearise_targets
 from workbench.plate.tolerances import Production
 from workbench.session.start import default_circle
 
+pytestmark = pytest.mark.usefixtures("short_polish")
+
 
 def test_a_target_s_own_error_adds_to_the_reading_s(aria, plate):
     """Table 2 with five sockets, made to a tolerance: rows of six and of three, each over its deviation."""

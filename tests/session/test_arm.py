@@ -1,6 +1,7 @@
-"""Another robot, another plate, jogging; rows left out and parameters held; the hidden effect."""
+"""Another robot, another plate, jogging; rows left out and parameters held; the hidden effect. How long what
+extras keep in the session stays."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,11 +15,12 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.optimiser.constraints import is_clear_of
 from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints, holds_robot
-from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.data import MeasureVirtualArm, with_data
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_urdf
 from workbench.session.page_state import Severity
+from workbench.session.part import AbstractPart, GoesWith
 from workbench.session.state import Focus
 
 
@@ -111,3 +113,23 @@ def test_a_urdf_in_an_archive_brings_its_meshes(first):
 def test_an_archive_without_one_urdf_is_refused(first, content, why):
     with refuses(OptionError, "arm.zip", why):
         LoadModel("arm.zip", content).compute(first)
+
+
+@dataclass(frozen=True)
+class OfRows(AbstractPart):
+    goes_with = GoesWith.MEASUREMENTS
+    value: int = 0
+
+
+@dataclass(frozen=True)
+class OfPlate(AbstractPart):
+    value: int = 0
+
+
+def test_parts_are_kept_by_type_and_as_long_as_what_they_go_with(first):
+    session = first.with_part(OfRows(1)).with_part(OfPlate(2))
+    assert session.with_part(OfRows(3)).part(OfRows) == OfRows(3)
+    kept = (session.part(OfRows), session.part(OfPlate), first.part(OfRows))
+    assert kept == (OfRows(1), OfPlate(2), None)
+    for without in (session.without_part(OfRows), with_data(session, None)):
+        assert (without.part(OfRows), without.part(OfPlate)) == (None, OfPlate(2))

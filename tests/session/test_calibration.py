@@ -1,32 +1,40 @@
 """Measurements, identification, comparison and export, as commands."""
 
+import csv
+import io
 import json
 import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from driven_effects import tracked_file
+from driven_effects import driven_file, tracked_file
+from slow import slow
 
 from tests.session.direct_commands import done
-from workbench import Motion, load_robot, tool_poses
+from workbench import Motion, evaluate, load_robot, read_measurements, tool_poses
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.assets import assets
 from workbench.data.simulation.simulate import virtual_arm
+from workbench.identification.run import judge
 from workbench.session import replay
+from workbench.session.commands.arm import JogTo
 from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm, load_command
-from workbench.session.commands.diagnose import Diagnose
+from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut, SetLevelled
 from workbench.session.commands.undo import Redo, Undo
-from workbench.session.comparison import Overlay
-from workbench.session.export import calibrated_toml
+from workbench.session.comparison import STAGES, Overlay
+from workbench.session.export import calibrated_toml, measurements_csv, next_poses_csv, report_zip
+from workbench.session.next_step import next_step
+from workbench.session.page_state import Severity
+from workbench.session.stages import stages
 from workbench.session.state import Focus
-from workbench.views.page.panels.columns import understood_as, with_column
-from workbench.views.page.panels.compare import numbers
+from workbench.views.page.panels.data import understood_as, with_column
 from workbench.views.page.panels.fit import _warnings
+from workbench.views.page.panels.row_errors import numbers
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +58,7 @@ def test_before_a_fit_rows_of_a_tracker_elsewhere_lie_where_the_arm_reached_them
 
 
 def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
+    assert do(JogTo((9.0, 0.0, 0.0), (0.0, 0.0, 0.0))).page.messages[-1].severity is Severity.WARNING
     session = do(MeasureVirtualArm(3))
     assert session.measurements.loaded.virtual
     assert len(session.results.comparison) == 10 + 40
@@ -64,12 +73,16 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert 1e3 * before.mean() == pytest.approx(found.nominal.held_out.position_mm.mean)
     assert 1e3 * after.mean() == pytest.approx(found.runs[session.results.fit].held_out.position_mm.mean)
     again = replay(first, worker.journal)
+    assert Severity.WARNING not in [m.severity for m in (*session.page.messages, *again.page.messages)]
     assert np.array_equal(again.results.identification.runs["ols"].fit.x, found.runs["ols"].fit.x)
 
     name, content = calibrated_toml(session)
     (tmp_path / name).write_bytes(content)
     wanted = found.runs["opt2"].calibrated.values(first.robot.default_free)
     assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
+    name, content = measurements_csv(session)
+    (tmp_path / name).write_bytes(content)
+    assert len(read_measurements(tmp_path / name, joints=6)) == 10
 
 
 def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_it(do, file):
@@ -89,9 +102,10 @@ def test_a_second_file_puts_a_calibration_aside_and_undo_which_says_so_restores_
         assert back.results.identification is before.results.identification
 
 
-@pytest.mark.parametrize("heading", ["Nr", "Point"])
-def test_a_file_is_read_identified_and_looked_at(do, file, heading):
-    numbered = zip(file.splitlines(), [heading.encode(), *(b"%d" % k for k in range(101, 151))], strict=True)
+@pytest.mark.parametrize(("heading", "word"), [("Nr", ""), ("Point", ""), ("Point", "P")])
+def test_a_file_is_read_identified_and_looked_at(do, file, heading, word):
+    cells = (f"{word}{k}".encode() for k in range(101, 151))
+    numbered = zip(file.splitlines(), [heading.encode(), *cells], strict=True)
     session = do(LoadData("../../etc/a.csv", b"\n".join(b"%s,%s" % pair for pair in numbered)))
     loaded = session.measurements.loaded
     assert loaded.name == "a.csv"
@@ -101,7 +115,13 @@ def test_a_file_is_read_identified_and_looked_at(do, file, heading):
     assert dict(session.measurements.loaded.facts)["Measured"] == "position, rotation"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
     found = replace(session.results.identification, excluded=((3, "odd"), (5, "odd")))
-    assert f"data rows {heading} 104 (odd), {heading} 106 (odd)" in _warnings(found, session)
+    name = word or f"{heading} "
+    assert f"data rows {name}104 (odd), {name}106 (odd)" in _warnings(found, session)
+    said = "between rows 3 and 4; joints 2, 3, 4 (all), 3 rows, rows 3–5, 7 (0.1, 2 mm) (rows count from 0)"
+    assert session.measurements.named(said) == (
+        f"between rows {name}104 and {name}105; joints 2, 3, 4 (all), 3 rows, "
+        f"rows {name}104–{name}106, {name}108 (0.1, 2 mm)"
+    )
     assert set(numbers(session)) == set(range(101, 151))
     assert len(found.held_out_rows) == 10
     assert (session.results.row, session.playback.focus, session.results.fit) == (17, Focus.ROW, "ols")
@@ -133,6 +153,11 @@ def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
         ("q1", "q1", None),
         ("q2", "q2", None),
     ]
+    session = do(LoadData("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(50)))
+    assert session.measurements.unread.name == "picture.png"  # no more what was before
+    assert "columns" not in next_step(session).sentence + session.page.messages[-1].text
+    gap = b"q2[rad],q3[rad],q4[rad],q5[rad],q6[rad],x[m],y[m],z[m]\n" + b"0," * 7 + b"1\n"
+    assert "column of joint 1" in do(LoadData("gap.csv", gap)).page.messages[-1].text
     columns = with_column(understood_as(kept.preview), "q1", "q1[rad]")
     session = do(LoadData(kept.name, kept.content, json.dumps(columns)))
     assert session.measurements.unread is None
@@ -161,3 +186,46 @@ def test_fits_know_whether_the_instrument_is_levelled(first):
         found = done(session, SetLevelled(levelled), Identify(("opt2",)), Diagnose())
         assert found.results.identification.best.fit.problem.frames.levelled is levelled
         assert found.results.diagnosis.after.fit.problem.frames.levelled is levelled
+
+
+@pytest.mark.parametrize("driver", ["direction", *map(slow, ("payload", "temperature", "time"))])
+def test_what_was_found_is_added_and_compared_as_evaluate_does(driver, do, tmp_path):
+    path, name = driven_file(driver, tmp_path)
+    session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
+    assert [effect.name for effect in session.results.accepted] == [name], session.page.messages
+    rows = session.results.comparison
+    assert rows.stages == STAGES
+    judged = rows.held_out if rows.held_out.any() else ~rows.held_out
+    nominal, geometry, causes = 1e3 * rows.stage_errors[judged].mean(0)
+    assert nominal > geometry > causes
+    assert geometry == pytest.approx(session.results.geometry.judged.position_mm.mean, rel=1e-9)
+    assert causes == pytest.approx(session.results.diagnosis.after.judged.position_mm.mean, rel=1e-9)
+    lines = list(csv.reader(next_poses_csv(session)[1].decode().splitlines()))
+    assert lines[0] == [*(f"q{k}[deg]" for k in range(1, 7)), "tells"]
+    written = np.deg2rad(np.array(lines[1:])[:, :6].astype(float))
+    assert written == pytest.approx(session.results.diagnosis.measure_next, abs=1e-5)
+    report = zipfile.ZipFile(io.BytesIO(report_zip(session)[1])).read("report/report.html").decode()
+    assert session.results.diagnosis.causes[0].label in report
+    assert judge(session.results.identification.best, session.choices.wanted).verdict in report
+    run = session.results.identification.runs[session.results.fit]
+    diagnosed = session.results.diagnosis.robot
+    assert (run.calibrated.elements, run.calibrated.effects) == (diagnosed.elements, diagnosed.effects)
+    expected = evaluate(run.before_refit, read_measurements(path))
+    errors = rows.stage_errors[:, 2]
+    place = {int(number): i for i, number in enumerate(expected.data.row)}
+    by_row = expected.errors.position[[place[int(number)] for number in rows.number]]
+    assert len(rows) == len(expected.data.row) == 90
+    np.testing.assert_allclose(errors, by_row, atol=1e-12)
+    assert 1e3 * errors[rows.held_out].mean() == pytest.approx(run.held_out.position_mm.mean, rel=1e-9)
+    saved = evaluate(run.calibrated, read_measurements(path)).errors
+    assert saved.position_mm.rms < expected.errors.position_mm.rms
+    if name == "joint-compliance":
+        assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.1347), rel=5e-3)
+    again = do(Identify()).results.identification  # the same nominal arm, and the same model
+    assert again.nominal.judged.position_mm.mean == pytest.approx(nominal, rel=1e-6)
+    assert again.best.judged.position_mm.mean == pytest.approx(run.judged.position_mm.mean, rel=0.05)
+    session = do(LeaveRowsOut((out := int(again.train_rows[0]),)), Identify())  # what was added stays in
+    rows, alone = session.results.comparison, session.results.geometry
+    assert [row for row, _ in session.results.identification.excluded] == [out]
+    assert alone.fit.problem.data.row.tolist() == session.results.run.fit.problem.data.row.tolist()
+    assert 1e3 * rows.stage_errors[rows.held_out, 1].mean() == pytest.approx(stages(session)[1].error)

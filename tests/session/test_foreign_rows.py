@@ -11,15 +11,18 @@ from refusals import mentions
 from workbench import WorkbenchError, evaluate, load_robot, measure_poses, write_measurements
 from workbench.identification.checks.arm_match import arm_match
 from workbench.session.commands.arm import ChooseRobot
+from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.undo import Redo, Undo
-from workbench.session.export import calibrated_toml
+from workbench.session.export import calibrated_toml, measurements_csv
 from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity
 from workbench.session.state import WHOLE
 from workbench.session.target_steps import begin_step
+from workbench.views.drawables.arms import arms
+from workbench.views.page.panels.row_errors import exclude
 
 
 @pytest.fixture(scope="module")
@@ -119,6 +122,12 @@ def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, tmp_path):
     rows = session.results.comparison
     assert rows.measured[rows.set_apart] == pytest.approx(position[[17]], abs=1e-6)
     assert rows.number[rows.kept_out].tolist() == [outlier.row for outlier in found.outliers]
+    there = do(ShowRow(int(np.flatnonzero(rows.number == 17)[0])))
+    assert (exclude(there) is None) == bool(found.outliers)  # it is out already
+    bent = {item.path: item for item in arms(there)}["arm/calibrated"]
+    assert bent.inputs[4] is None  # 50 mm are the reading's, not the arm's
+    name, content = measurements_csv(there)
+    assert (name, content.count(b"true")) == ("rows-in-rad-and-m.csv", len(found.outliers))
     after = do(Diagnose()).results.identification.outliers  # of which something is to be done
     assert [outlier.row for outlier in after] == [outlier.row for outlier in found.outliers]
 

@@ -10,10 +10,11 @@ from workbench.base import se3
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
-from workbench.session.real_arm import bent_frames, times_for
+from workbench.session.comparison import times_for
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import rounded
 from workbench.views.drawables.measured import LONGEST_SAMPLE
+from workbench.views.drawables.real_arm import bent_frames
 
 Q = np.array([[0.4, 0.7, -0.9, -0.6, 0.8]])
 

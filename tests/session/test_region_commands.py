@@ -17,13 +17,13 @@ from workbench.plate.target_readings import assumptions, sigma_of, usual_kind
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
+from workbench.session.commands.region import CHORES, MapCubes, SetRegion, ShowCubes
 from workbench.session.commands.undo import Undo
 from workbench.session.cube_fields import CHANGE, PREDICTED, drawn_field, field_of
 from workbench.session.journal import Ending
 from workbench.session.page_state import Severity
 from workbench.session.state import CubeView
-from workbench.views.drawables.region import region as region_items
+from workbench.views.drawables.plate import region as region_items
 from workbench.views.page.panels import index
 from workbench.views.page.panels.legend import cubes_scale
 
@@ -55,6 +55,13 @@ def test_cubes_are_looked_at_only_when_shown(run):
     session = after(run, ShowCubes(CubeView(field="reach")))
     assert len(session.region.cubes) == 32
     assert session.region.cubes.region is session.plate.region
+
+
+def test_cubes_are_evaluated_alike_after_targets_were_turned(run):
+    session = after(run, SetRegion(LOW, HIGH, 0.2), ShowCubes(CubeView(field="reach")))
+    turned = after(run, MoveTarget(0, (0.5, 0.3, 0.25), (0.5, 0.4, 0.3)))
+    again = MapCubes.needed(turned.updated("region", cubes=None)).compute(turned)  # as once it is reopened
+    assert np.array_equal(again.index, session.region.cubes.index)
 
 
 def test_fields_agree_with_computations_of_their_own(run):

@@ -18,7 +18,9 @@ from workbench.session.journal import codec
 from workbench.session.page_state import Severity
 
 
-def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):
+def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(
+    do, worker, first, monkeypatch, short_polish
+):
     quick = partial(optimise_plate, places=150, starts=1)
     monkeypatch.setattr("workbench.plate.design.optimise_plate", quick)
     worker.submit(ImprovePlate())

@@ -15,13 +15,13 @@ from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify, SetWanted
 from workbench.session.commands.undo import Undo
-from workbench.session.judgement import PASSING_SHARE, arm_judgement, plate_judgement
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import Tone, next_step
 from workbench.session.page_state import Severity
+from workbench.session.stages import PASSING_SHARE, arm_judgement, plate_judgement
 from workbench.session.start import default_circle
 from workbench.session.state import UndoStep
-from workbench.views.drawables.viewpoint import first_view, occasion
+from workbench.views.drawables.scene_contents import first_view, occasion
 from workbench.views.page.panels.fit import _requirement
 
 

@@ -20,7 +20,6 @@ from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import STARTS, nearby_starts
 from workbench.base import se3
-from workbench.base.circles import fit_circle
 from workbench.base.errors import DataError
 from workbench.base.types import JointRows, Poses, Positions, Vector3
 from workbench.extras.trajectories.path import command_poses, followed
@@ -42,16 +41,17 @@ class Path(NamedTuple):
 
 def circle_through(points: Positions) -> tuple[Curve, Vector3]:
     """The circle from the first point towards the second, and its normal."""
-    fitted = fit_circle(points)
-    (first, second), normal = points[:2] - fitted.centre, fitted.axes[2]
-    normal = normal * np.where(np.cross(first, second) @ normal < 0.0, -1.0, 1.0)
-    along = first - (first @ normal) * normal
-    along /= np.linalg.norm(along)
-    sides = np.array([along, np.cross(normal, along)])
+    away = points - points.mean(0)
+    design = np.insert(2.0 * away, 3, 1.0, axis=1)  # Kåsa, IEEE Trans. Instrum. Meas. 25 (1976)
+    *middle, power = np.linalg.lstsq(design, (away**2).sum(1), rcond=1e-3)[0]
+    centre, radius = points.mean(0) + middle, np.sqrt(power + np.dot(middle, middle))
+    first, second = points[:2] - centre
+    normal = np.cross(first, second) / np.linalg.norm(np.cross(first, second))
+    along = first / np.linalg.norm(first)
+    sides = radius * np.array([along, np.cross(normal, along)])
 
     def curve(shares: np.ndarray) -> Positions:
-        angle = 2.0 * np.pi * shares[:, None]
-        return fitted.centre + fitted.radius * np.hstack([np.cos(angle), np.sin(angle)]) @ sides
+        return centre + np.hstack([f(2.0 * np.pi * shares[:, None]) for f in (np.cos, np.sin)]) @ sides
 
     return curve, normal
 

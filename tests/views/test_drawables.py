@@ -3,7 +3,14 @@
 from dataclasses import fields, replace
 from types import SimpleNamespace
 
+import numpy as np
+import pytest
+
+from workbench import Motion, load_robot, tool_poses
+from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.session.state import Focus, Measurements
+from workbench.views.appearance.bodies import body_frames, make_bodies
 from workbench.views.drawables.plate import plate
 from workbench.views.drawables.scene_contents import items
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
@@ -96,3 +103,14 @@ def test_what_is_hidden_is_made_when_it_is_shown(first):
     assert requested == [3, 4]
     sink.draw([])
     assert sink.there == {}
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_the_last_body_ends_at_the_tool(name):
+    robot = load_robot(name)
+    q = np.random.default_rng(3).uniform(-1, 1, robot.dof)
+    bodies, frames = make_bodies(robot), body_frames(robot, q)
+    assert len(bodies) == len(frames) == robot.dof + 1
+    tool = (se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q[None]))[0])[:3, 3]
+    vertices = se3.apply(frames[-1], bodies[-1].solid.vertices)
+    assert np.linalg.norm(vertices - tool, axis=1).min() < 0.06 * robot.reach

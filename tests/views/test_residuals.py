@@ -42,6 +42,7 @@ def drawn(rows, *, overlay=None, focus=Focus.ROW, left_out=frozenset(), row=0):
     """What the page shows of the rows, by path."""
     session = SimpleNamespace(
         robot=load_robot("aria"),
+        seen_rows=rows,
         results=SimpleNamespace(comparison=rows, row=row, accepted=len(rows.stages) > 2),
         choices=SimpleNamespace(overlay=overlay or Overlay()),
         measurements=SimpleNamespace(left_out=left_out),

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     import yourdfpy
 
 KINDS = {kind.value: kind for kind in JointKind} | {"continuous": JointKind.REVOLUTE}
-MAX_FILE_BYTES, MAX_PARTS = 16 * 2**20, 1000
-"""Maximum number of bytes, links and joints of a file."""
+MAX_FILE_BYTES, MAX_PARTS, ANY_EFFORT = 16 * 2**20, 1000, 1e9
+"""Maximum number of bytes, links and joints of a file, and what stands for no effort: at 0 no joint moves."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
 """Links before and after the arm in a written file, whose fixed joints are read as its base and tool."""
 BEFORE = re.compile(rb"\A\s*(?:<!--.*?-->\s*)*(?=<\?xml)", re.DOTALL)
@@ -346,5 +346,5 @@ def _joint_info(joint, name: str, kind: JointKind, model, notes: list[str]) -> J
         limits=limits,
         mass=mass,
         com=frozen(com),
-        max_moment=effort if 0.0 < effort < np.inf else None,
+        max_moment=effort if 0.0 < effort < ANY_EFFORT else None,
     )

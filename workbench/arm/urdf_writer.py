@@ -15,7 +15,7 @@ from workbench.arm.joint import Joint
 from workbench.arm.joint_frames import still
 from workbench.arm.masses import carried, moved, sphere_inertia
 from workbench.arm.robot import Robot
-from workbench.arm.urdf import BASE_LINK, TOOL_LINK, read_urdf, xml_root
+from workbench.arm.urdf import ANY_EFFORT, BASE_LINK, TOOL_LINK, read_urdf, xml_root
 from workbench.arm.usable_arm import usable_arm
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
@@ -89,7 +89,8 @@ def _skeleton(robot: Robot) -> ET.Element:
         ends = zip(("lower", "upper"), limits.tolist(), strict=True)
         limit = {end: repr(value) for end, value in ends if kind != "continuous"}
         if limit or joint.max_moment:
-            ET.SubElement(node, "limit", limit, effort=repr(float(joint.max_moment or 0)), velocity="1")
+            limit |= {"effort": repr(float(joint.max_moment or ANY_EFFORT)), "velocity": "1"}
+            ET.SubElement(node, "limit", limit)
         if element.follows is not None:
             factor, offset = repr(float(element.ratio)), repr(float(element.value))
             ET.SubElement(node, "mimic", joint=leaders[element.follows], multiplier=factor, offset=offset)
@@ -180,11 +181,9 @@ def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str,
 
 
 def _place(joint: ET.Element, pose: Matrix4) -> None:
-    origin = joint.find("origin")
-    if origin is None:
+    if (origin := joint.find("origin")) is None:
         origin = ET.SubElement(joint, "origin")
-    origin.set("xyz", numbers_text(pose[:3, 3]))
-    origin.set("rpy", numbers_text(se3.matrix_to_rpy(pose[:3, :3])))
+    origin.attrib.update(xyz=numbers_text(pose[:3, 3]), rpy=numbers_text(se3.matrix_to_rpy(pose[:3, :3])))
 
 
 def numbers_text(numbers: np.ndarray) -> str:

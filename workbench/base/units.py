@@ -30,17 +30,8 @@ class Quantity(StrEnum):
     NUMBER = "1"
 
 
-EXAMPLES = {
-    Quantity.ANGLE: "rad or deg",
-    Quantity.LENGTH: "m or mm",
-    Quantity.TIME: "s",
-    Quantity.TEMPERATURE: "degC",
-    Quantity.MASS: "kg",
-    Quantity.TORQUE: "N*m",
-    Quantity.FORCE: "N",
-    Quantity.PIXEL: "px",
-    Quantity.NUMBER: "nothing",
-}
+EXAMPLES = {q: str(q) for q in Quantity} | {Quantity.ANGLE: "rad or deg", Quantity.LENGTH: "m or mm"}
+EXAMPLES |= {Quantity.NUMBER: "nothing"}
 
 # Spellings that the registry does not know, or knows as something else ('Nm' as number-metre, 'Grad' as
 # gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
@@ -136,6 +127,8 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
     if (common := COMMON.get(unit)) is not None and common.quantity in quantities:
         return common
     parsed, registry = _parsed(unit), _registry()
+    if Quantity.MASS in quantities and parsed.is_compatible_with("N"):  # a load by its weight
+        parsed /= registry.parse_units("standard_gravity")
     for quantity in quantities:
         other = _parsed(str(quantity))
         if parsed.dimensionality != other.dimensionality:
@@ -158,10 +151,9 @@ def parse_quantity(text: str, quantity: Quantity) -> float:
     match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
     if match is None or (not match[2] and quantity is not Quantity.NUMBER):
         number, why = ("0.1", "is not a number with a unit") if match is None else (match[1], "has no unit")
-        units = EXAMPLES.get(quantity, str(quantity)).split(" or ")
-        raise UnitError(
-            f"'{text}' {why}: write {' or '.join(f'{number} {unit}' for unit in units)}", unit=text
-        )
+        units = EXAMPLES[quantity].split(" or ")
+        how = " or ".join(f"{number} {unit}" for unit in units)
+        raise UnitError(f"'{text}' {why}: write {how}", unit=text)
     return float(to_si(np.array([float(match[1])]), match[2], quantity)[0])
 
 
@@ -183,6 +175,5 @@ def _parsed(unit: str):
             return _registry().parse_units(text.replace("⋅", "*"))
         except Exception:  # the registry's parser answers odd text with nearly any exception
             pass
-    raise UnitError(
-        f"the unit '{unit}' is unknown: write e.g. rad, deg, m, mm, s, degC, kg or N*m", unit=unit
-    )
+    known = "rad, deg, m, mm, s, degC, kg or N*m"
+    raise UnitError(f"the unit '{unit}' is unknown: write e.g. {known}", unit=unit)

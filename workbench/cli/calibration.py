@@ -114,9 +114,8 @@ def evaluate(
     """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
     from workbench.identification.report.results_json import evaluation_json
 
-    fits, rows = opt.fits_frames(frames), dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand")
-    arm = wb.load_robot(robot, tip=tip)
-    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fits, reading=reading, exclude=rows)
+    fits, arm = opt.fits_frames(frames), wb.load_robot(robot, tip=tip)
+    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fits, reading=reading, exclude=exclude)
     opt.show(found.blocks())
     opt.write_result(evaluation_json(found))
     if found.foreign:

@@ -31,7 +31,6 @@ def option(*names_and_help: str, **more: Any) -> Any:
 
 
 def argument(help: str) -> Any:
-    """An argument with its help text."""
     return typer.Argument(help=help)
 
 
@@ -165,7 +164,7 @@ class FitOptions:
         from workbench.base.files import exists
         from workbench.identification.fit_choices import FitChoices
 
-        own = vars(self) | {"exclude": dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand")}
+        own = dict(vars(self))
         if exists(self.held_out):  # --joints are of the other file
             own["held_out"] = replace(files, joints=None).read(Path(self.held_out), arm)
         if own.pop("force"):
@@ -183,15 +182,6 @@ class OutputOptions:
     def check(self) -> None:
         """Refuse unwritable outputs before the work begins."""
         check_writable(robot=self.save, folder=self.report)
-
-
-def whole_numbers(text: str | None, option: str) -> list[int]:
-    """Comma-separated whole numbers and ranges of them, as `3,21-37`, with the dash of messages, too."""
-    try:
-        ends = [part.replace("–", "-").split("-") for part in (text or "").split(",") if part.strip()]
-        return [number for first, *last in ends for number in range(int(first), int([first, *last][-1]) + 1)]
-    except ValueError:
-        raise OptionError(f"{option} must be whole numbers such as 3,4 or 21-37, got '{text}'") from None
 
 
 def quantity(text: str, option: str, kind: str = "LENGTH") -> float:
@@ -288,12 +278,15 @@ def show(blocks: "Iterable[Block]") -> None:
     Console().print(as_rich(blocks))
 
 
-def give(found, doubt: str = "", save: Path | None = None) -> None:
-    """Print a result, and write it where `--json` says, if it does; a doubt ends it, with no file saved."""
+def give(found, doubt: str = "", save: Path | None = None, *, saved: str = "") -> None:
+    """Print a result, and write it where `--json` says, if it does; a doubt ends it, with no file saved, else
+    its robot is saved, or what it saves itself, called `saved`."""
     show(found.blocks())
     write_result(found.json)
     if doubt:
         fail(doubt if save is None else f"{doubt}; {save} is not written")
+    if save is not None:
+        say(f"{saved}: {found.save(save) if hasattr(found, 'save') else save_robot(found.robot, save)}")
 
 
 @contextmanager

@@ -31,13 +31,11 @@ def open_session(
         if step is not None or (session / JOURNAL).exists():
             return _reopen(session, step, record, live)
 
-    is_given = plate is not None
-
-    def begin(robot, plate, progress):
+    def begin(arm, drawn, progress):
         from workbench.session.journal import folder as folders
 
         make = partial(folders.begin, folder=session) if record else folders.unrecorded_session
-        return _with_recorder(make(robot, plate, is_given=is_given), live)
+        return _with_recorder(make(arm, drawn, is_given=plate is not None), live)
 
     def read():
         source = "table2" if plate is None and robot.startswith("aria") else plate

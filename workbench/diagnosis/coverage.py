@@ -1,11 +1,14 @@
 """Whether the poses of measurements suffice for a diagnosis, and which joints they hardly moved."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
 from workbench.base.advice import beside
+from workbench.base.hand_eye import nearest_rotation
 from workbench.data.dataset import Dataset
 from workbench.data.postures import postures, within_postures
 from workbench.identification.fit import Fit
@@ -24,6 +27,8 @@ MIN_NUMBERS_PER_UNKNOWN = 3.0
 """Minimum measured numbers per unknown to separate effects from geometry."""
 MAX_RIGID_SHARE = 0.05
 """Change of distances between markers, as a share of the error, below which they count as one body."""
+MIN_BODY = 0.005
+"""Width of a body [m] from which on its markers tell an orientation."""
 
 
 @beside("whether the rows suffice for effects", None)
@@ -59,6 +64,29 @@ def _are_one_body(fit: Fit) -> bool:
     gaps = np.linalg.norm(markers - np.roll(markers, 1, axis=1), axis=2)
     errors = problem.physical(problem.residual(fit.x)[: problem.size])
     return bool(np.nanstd(gaps, axis=0).max() < MAX_RIGID_SHARE * np.sqrt((errors**2).mean()))
+
+
+def one_pose(fit: Fit, data: Dataset) -> Dataset | None:
+    """The rows as poses of the body that the markers of each are, at the places that a fit found; None if
+    they are no one body, or on a line. Rows that show less than three of them are kept out."""
+    if data.markers is None or not _are_one_body(fit):
+        return None
+    places = [v for name, v in fit.problem.instrument(fit.x).items() if name.startswith("marker")]
+    body, seen = np.reshape(places, (-1, 3)), np.isfinite(data.markers).all(2)
+    share = seen / np.maximum(seen.sum(1, keepdims=True), 1)
+    markers = np.where(seen[..., None], data.markers, 0.0)
+    middle, centre = share @ body, (share[..., None] * markers).sum(1)
+    there, own = markers - centre[:, None], body - middle[:, None]
+    turn = nearest_rotation(spread := np.einsum("rm,rmi,rmj->rij", seen, there, own))
+    told = np.linalg.svd(spread, compute_uv=False)[:, 1] > MIN_BODY**2
+    if told.mean() < 0.5:
+        return None
+    note = "the markers of a row move as one rigid body, to a small part of the error: read as its pose"
+    position = centre - (turn @ middle[..., None])[..., 0]
+    poses = replace(data, markers=None, position=position, rotation=turn, notes=(*data.notes, note))
+    return poses.kept_out(
+        dict.fromkeys(np.flatnonzero(~told & data.included).tolist(), "shows too few markers")
+    )
 
 
 def loads_vary(data: Dataset) -> bool:

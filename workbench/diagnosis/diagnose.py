@@ -23,6 +23,7 @@ from workbench.data.measuring_order import with_directions
 from workbench.diagnosis.cause_search import CauseSearch, search_causes
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
+from workbench.diagnosis.coverage import one_pose
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
 from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
 from workbench.diagnosis.gravity_tilt import gravity_direction_causes
@@ -84,6 +85,9 @@ def diagnose(
     with failures() as failed:
         searched = partial(_searched, massed, rng=rng, given=robot)
         search, saved, found = searched(data, choices)
+        if (poses := one_pose(search.first.fit, data)) is not None:
+            data = poses
+            search, saved, found = searched(data, choices)
         result, most = found, search.after.train.main.mean
         mended = None if is_other else MendedRows(data)
         for _ in range(MAX_MENDS):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 import workbench.identification.report.document  # noqa: F401 how results are shown
-from workbench.base.arguments import checked_arguments
+from workbench.base.arguments import Like, checked_arguments
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
@@ -30,7 +30,7 @@ def evaluate(
     *,
     fit_frames: bool = False,
     reading: str = "auto",
-    exclude: Excluded | None = None,
+    exclude: Like[Excluded] | None = None,
 ) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 

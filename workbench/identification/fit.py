@@ -24,7 +24,7 @@ from workbench.identification.noise import degrees_of_freedom, factor_at
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.rows.outlying_rows import row_sizes
 from workbench.identification.tool_observability import observed_by
-from workbench.identification.undetermined_combinations import Factor
+from workbench.identification.undetermined_combinations import WEAKLY_OBSERVABLE, Factor
 from workbench.report.result_display import AbstractReported
 
 if TYPE_CHECKING:
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 NUMBERS_PER_CONSTANT = 1.5
 """Measured numbers for each constant below which residuals don't tell the noise: with six poses of an arm
 from a URDF, errors of the tool are 2 to 30 times those expected."""
+OF_FRAMES_ALONE = 0.99
+"""Part of base and tool in a direction of length 1 that is none of the arm's constants."""
 
 
 @final
@@ -137,11 +139,18 @@ class Fit(AbstractReported):
 
     @cached_property
     def covariance(self) -> Float[np.ndarray, "p p"]:
-        """Covariance of x [rad, m] scaled to the residuals; zero along unobservable directions."""
+        """Covariance of x [rad, m] scaled to the residuals; zero along unobservable directions of constants,
+        whose nominal values stand, but not of base and tool, for which nobody gave any."""
         if self.actual is not None:
             found = covariance(self.problem, self.x, self.factor.root, self.actual)
         else:
             found = self.factor.covariance() * self.variance_factor
+        unseen = np.hstack([self.factor.null_space, self.factor.weak])
+        if unseen.size and self.problem.sees_base:
+            of_frames = [p.name.startswith(OF_FRAMES) for p in self.parameters]
+            unseen = unseen[:, np.linalg.norm(unseen[of_frames], axis=0) > OF_FRAMES_ALONE]
+            wide = WEAKLY_OBSERVABLE * self.factor.units[:, None] * unseen
+            found = found + wide @ wide.T
         if self.considered is None:
             return found
         return found + self.considered.covariance(self.problem.names, self.x, self.factor.root)

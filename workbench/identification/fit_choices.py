@@ -44,11 +44,13 @@ def _held_out(value: Any, given: Any) -> Any:
 
 
 def _by_hand(value: Any, given: Any) -> Any:
-    """Excluded rows with the reason given for each, or one reason for all."""
+    """Excluded rows with the reason given for each, or one reason for all; ranges may have messages' dash."""
     if value is None or isinstance(value, Mapping):
         return value or {}
-    rows = value if isinstance(value, Iterable) and not isinstance(value, str) else [value]
-    return dict.fromkeys(rows, "by hand")
+    if isinstance(value, str):
+        ends = [part.replace("–", "-").split("-") for part in value.split(",") if part.strip()]
+        value = [row for first, *last in ends for row in range(int(first), int([first, *last][-1]) + 1)]
+    return dict.fromkeys(value if isinstance(value, Iterable) else [value], "by hand")
 
 
 MAX_NOISE = 0.02
@@ -59,9 +61,7 @@ def _noise(value: Any, given: Any) -> Any:
     if isinstance(value, str) and not any(map(str.isalpha, value)):
         text = f"noise '{value}' has no unit; write '{value.partition(',')[0]}mm', or '0.05mm,0.01deg'"
         raise OptionError(text, option="noise", found=value)
-    if (pair := pair_of(value)) is not None and not min(pair) > 0.0:
-        raise OptionError(f"noise must be positive, got {value}", option="noise", found=value)
-    if pair is not None and not isinstance(value, str) and pair[0] > MAX_NOISE:
+    if (pair := pair_of(value)) is not None and not isinstance(value, str) and pair[0] > MAX_NOISE:
         wrong = f"noise is in m: {pair[0]:g} would be {1e3 * pair[0]:g} mm; write '{pair[0]:g}mm', or a Noise"
         raise OptionError(wrong, option="noise", found=value)
     noise = value if pair is None else Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
@@ -84,7 +84,7 @@ HeldOut = Annotated[
     Reads('a share such as 0.2 or "20%", a Dataset, a file, or names of sessions', _held_out),
 ]
 Excluded = Annotated[
-    Mapping[int, str], Reads("rows such as [3, 4], or a mapping of rows to reasons", _by_hand)
+    Mapping[int, str], Reads('rows such as [3, 4] or "3,21-37", or a mapping of rows to reasons', _by_hand)
 ]
 """Rows to exclude, with the reason; without reasons they count as excluded by hand."""
 

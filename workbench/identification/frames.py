@@ -344,4 +344,4 @@ def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
     about = f" about {'xyz'[axis]}" if angle and abs(turn[axis]) > 0.99 * angle else ""
     which = f"base of session '{next(iter(aligned.sessions))}'" if aligned.sessions else "base"
     away = f"{np.rad2deg(angle):.1f}°{about} and {moved:.3f} m"
-    return [f"{which}: rotated by {away} from its pose in the file"]
+    return [f"{which}: rotated by {away} from its pose in the robot's file"]

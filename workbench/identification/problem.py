@@ -164,14 +164,10 @@ class Problem:
 
         Prior knowledge and weights of rows are not taken over.
         """
-        own: dict[str, Any] = {
-            "free": np.array(self.names)[self.geometry].tolist(),
-            "frames": self.frames,
-            "noise": self.noise,
-            "known": self.known,
-            "effects": [p.name for p in self.parameters if p.is_coefficient],
-            "inertia": any(p.is_inertia and p.unit == "kg" for p in self.parameters),
-        }
+        own: dict[str, Any] = {"frames": self.frames, "noise": self.noise, "known": self.known}
+        own["free"] = [p.name for p in self.parameters if p.is_geometry]
+        own["effects"] = [p.name for p in self.parameters if p.is_coefficient]
+        own["inertia"] = any(p.is_inertia and p.unit == "kg" for p in self.parameters)
         rows = self.data if data is None else data
         return Problem.build(robot or self.robot, rows, **own | choices)
 

@@ -6,6 +6,7 @@ journal writes that name and the fields, so both stay as they are.
 """
 
 import inspect
+import operator
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field, replace
@@ -14,6 +15,7 @@ from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
 from workbench.base.assets import assets
 from workbench.parts import parts
+from workbench.session.page_state import PASSING, Severity
 from workbench.session.state import Session
 
 Result = TypeVar("Result")
@@ -45,13 +47,17 @@ class AbstractCommand(ABC):
     def title(self) -> str:
         """Description for the journal and for messages."""
 
-    def named(self, after: Session) -> Session:
-        """The session after it, in which its step back is named after it."""
+    def done(self, before: Session, after: Session) -> Session:
+        """The session after it: its step back has its name, and what was told of what is gone is over."""
         done = after.history.done
-        if all(step.by for step in done[-2:]):  # in a drag, that of the drag stands above
+        if not all(step.by for step in done[-2:]):  # in a drag, that of the drag stands above
+            done = tuple(step if step.by else replace(step, by=self.title) for step in done)
+            after = after.updated("history", done=done)
+        both = [(s.robot, s.measurements.loaded, s.results.run) for s in (before, after)]
+        if all(map(operator.is_, *both)):
             return after
-        done = tuple(step if step.by else replace(step, by=self.title) for step in done)
-        return after.updated("history", done=done)
+        count = before.page.message_count
+        return after.without_messages(lambda m: m.number <= count and m.severity is Severity.WARNING)
 
     @property
     def key(self) -> Hashable | None:
@@ -72,6 +78,12 @@ class AbstractChange(AbstractCommand):
     @abstractmethod
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
+
+    def done(self, before: Session, after: Session) -> Session:
+        """As of any command; what informs was read by who goes on, and a former refusal is over."""
+        after = super().done(before, after).without_messages(lambda m: m.refused == type(self).__name__)
+        is_read = after.page.message_count == before.page.message_count and not self.is_automatic
+        return after.without_messages(lambda m: m.severity in PASSING) if is_read else after
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "AbstractChange | None":
         """One change that does what the previous command and this one did; None if both are needed.

@@ -21,6 +21,8 @@ from workbench.data.prediction import predict
 
 MIN_TIMES, MAX_TIMES = 1.0, 1000.0
 """Factors by which errors can be drawn larger."""
+SHARE_OF_REACH = 0.05
+"""Share of the reach by which the nominal arm's mean error is drawn at first."""
 
 
 class ModelStage(StrEnum):
@@ -84,6 +86,15 @@ class Comparison:
         """Indices of the rows by the error of the last model, the largest first."""
         last = [STAGES.index(stage) for stage in self.stages[-1:]]
         return np.argsort(-np.nan_to_num(self.stage_errors[:, last]).sum(1), kind="stable")
+
+
+def times_for(errors: Float[np.ndarray, " rows"], reach: float) -> float:
+    """The factor at which the mean of these errors [m] is drawn as 5 % of the reach, to two digits."""
+    known = errors[np.isfinite(errors)]
+    mean = float(known.mean()) if len(known) else 0.0
+    if mean <= SHARE_OF_REACH * reach / MAX_TIMES:
+        return MAX_TIMES
+    return max(float(f"{SHARE_OF_REACH * reach / mean:.2g}"), MIN_TIMES)
 
 
 def compare(

@@ -21,8 +21,10 @@ from workbench.base.errors import DataError
 from workbench.data import writer
 from workbench.exports import AbstractForm, export
 from workbench.identification.result import Identification
+from workbench.identification.rows.row_selection import marked
 from workbench.plate.plate_toml import plate_text
 from workbench.report.blocks import Block
+from workbench.session.loaded_measurements import BY_HAND
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -40,11 +42,18 @@ def plate_toml(session: Session) -> File:
 
 
 def measurements_csv(session: Session) -> File:
-    """The loaded or virtually measured rows."""
+    """The loaded or virtually measured rows; those that the result or the user leaves out are marked."""
     if (loaded := session.measurements.loaded) is None:
         raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
-    content = writer.measurements_csv(loaded.dataset, prismatic=sliding_numbers(session.robot))
-    return f"{stem_of(Path(loaded.name).stem)}.csv", content.encode()
+    found, rows = session.results.identification, loaded.dataset
+    pairs = (*marked(rows), *(() if found is None else found.excluded))
+    out = {row: why for row, why in pairs if why != BY_HAND}
+    out |= dict.fromkeys(session.measurements.left_out, BY_HAND)
+    if out:
+        reason = np.array([out.get(row, "") for row in rows.row.tolist()])
+        rows = replace(rows, exclude=np.isin(rows.row, list(out)), reason=reason)
+    content = writer.measurements_csv(rows, prismatic=sliding_numbers(session.robot))
+    return f"{stem_of(Path(loaded.name).stem)}-in-rad-and-m.csv", content.encode()
 
 
 def next_poses_csv(session: Session) -> File:

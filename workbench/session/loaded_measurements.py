@@ -11,6 +11,10 @@ from workbench.data.readers.read import Preview
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.rows.row_selection import AbstractSplit
 
+ROW = r"\d+(?:[–-]\d+)?(?: \([^()]*\))?"
+ROWS = re.compile(rf"(?<=\brow )\d+|(?<=\brows ){ROW}(?:(?:, | and ){ROW})*")
+"""Numbers of rows in a sentence, as in `row 22` and `rows 3, 17 (off by 2 mm)`."""
+
 
 @dataclass(frozen=True, eq=False)
 class MeasurementFile:
@@ -29,6 +33,11 @@ class MeasurementFile:
     preview: Preview
     columns: str = ""
     match: ArmMatch | None = None
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether its columns can be said to be something else."""
+        return bool(self.preview.columns) and self.preview.layout == "plain"
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +80,22 @@ class Loaded:
         return next((c for c in columns if c.key in (None, "point") and numbers_of(c.cells)), None)
 
     @cached_property
-    def _numbers(self) -> list[int]:
+    def numbers(self) -> list[int]:
+        """The file's own, by row; empty where it doesn't count them."""
         return [] if self.counter is None else numbers_of(self.counter.cells)
 
-    def own_number(self, row: int) -> int:
-        """That of the file, if it counts its rows."""
-        return self._numbers[row] if row < len(self._numbers) else row
-
     def row_name(self, row: int) -> str:
-        """As the file has it: `Nr 17`; its number from 0 where the file doesn't count its rows."""
-        return f"{'' if self.counter is None else self.counter.heading} {self.own_number(row)}".lstrip()
+        """As the file has it: `P17`, `Nr 17`; its number from 0 where the file doesn't count its rows."""
+        if self.counter is None or row >= len(self.numbers):
+            return f"{row}"
+        cell = self.counter.cells[row]
+        return f"{self.counter.heading or 'no.'} {self.numbers[row]}" if cell.isdecimal() else cell
+
+    def named(self, sentence: str) -> str:
+        """A sentence with rows as the file has them."""
+        one = lambda at: at[0] if at[0][0] == "(" else self.row_name(int(at[0]))  # noqa: E731
+        plain = sentence if self.counter is None else sentence.replace(f" ({self.dataset.counted})", "")
+        return ROWS.sub(lambda rows: re.sub(r"\([^()]*\)|\d+", one, rows[0]), plain)
 
 
 def numbers_of(cells: tuple[str, ...]) -> list[int]:

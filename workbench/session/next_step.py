@@ -29,10 +29,17 @@ from workbench.session.commands.identify import Identify, LeaveRowsOut
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.export import Make, calibrated_toml, calibrated_urdf, fixture_zip, next_poses_csv
-from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, is_of_other_rows
 from workbench.session.page_state import Tab
-from workbench.session.stages import before_and_after, share_of_noise, stages, suspects
+from workbench.session.stages import (
+    arm_judgement,
+    before_and_after,
+    learned,
+    plate_judgement,
+    share_of_noise,
+    stages,
+    suspects,
+)
 from workbench.session.state import Session
 
 BEYOND_NOISE = 1.5
@@ -97,6 +104,7 @@ def next_step(session: Session) -> NextStep:
     if judged is not None:
         tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
         step = replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
+    step = replace(step, sentence=session.measurements.named(step.sentence))
     is_new = lambda at: at is not None and (at.tab is not session.page.tab or at.command or at.save)  # noqa: E731
     following, other = (at if is_new(at) else None for at in (step.next, step.other))
     return replace(step, next=following, other=other, more=tuple(filter(is_new, step.more)))
@@ -134,6 +142,8 @@ def _unread(session: Session) -> NextStep | None:
     if file is None or (loaded is not None and (file.match is not None or not loaded.is_foreign)):
         return None
     if file.match is None:
+        if not file.is_plain:
+            return None
         return NextStep(f"{file.name} has not been read yet: assign its columns.", Tone.CAREFUL, COLUMNS)
     return _foreign(file.match) if file.match.rival else None
 
@@ -184,7 +194,8 @@ def _added(session: Session) -> NextStep | None:
     if not session.results.accepted:
         return None
     if found is not None and not found.is_named:
-        left, tone = "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
+        much = learned(found) and f"What was learned from the rows, without a cause, covers {learned(found)}"
+        left, tone = much or "Part of the rest is predicted now, but not all by certain causes", Tone.PLAIN
     elif found is None or found.is_good:
         left, tone = "The model now describes the arm as measured", Tone.GOOD
     else:

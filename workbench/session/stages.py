@@ -1,12 +1,22 @@
-"""Errors stage by stage: the nominal arm, its geometry identified, its causes added."""
+"""Errors stage by stage: the nominal arm, its geometry identified, its causes added; arm and plate against
+the wanted error: one answer to each question, the same in strip, panels and report.
 
-from dataclasses import dataclass
+The plate is judged by its yield on virtual arms, the arm by its held-out rows; until these are known, nothing
+is called good: the tone is plain.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from workbench.base.wording import first_of
+from workbench.diagnosis.report.document import LEARNED, budget_bars
+from workbench.diagnosis.result import Diagnosis
 from workbench.identification.errors.row_errors import AbstractValidation, Errors
 from workbench.identification.result import Identification
+from workbench.identification.run import judge
+from workbench.report.blocks import Sentence, Tone
 from workbench.report.numbers import compared
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Session
@@ -79,6 +89,14 @@ def stage_words(session: Session) -> dict[ModelStage, str]:
     return words
 
 
+def learned(found: Diagnosis) -> str:
+    """How much of the rest a learned correction covers, by squares as the causes are added, in words."""
+    sizes = {bar.name: bar.value for bar in budget_bars(found).rows[:-1]}
+    if not (size := sizes.pop(LEARNED, 0.0)):
+        return ""
+    return "most of the rest" if size**2 > sum(each**2 for each in sizes.values()) else "the rest"
+
+
 def expected_elsewhere(session: Session) -> float:
     """Position error to expect far from the measured poses [mm]; NaN where it is no larger than at them."""
     found = session.results.identification
@@ -111,3 +129,46 @@ def share_of_noise(session: Session, found: Identification) -> float:
     """How many times the instrument's noise is left on average; NaN where that is unknown."""
     left, noise = sure_errors(session, found).position_mm.mean, noise_length(found)
     return left / noise if noise > 0.0 else float("nan")
+
+
+PASSING_SHARE = 0.95
+"""Share of virtual arms that have to keep the wanted error."""
+
+
+def plate_judgement(session: Session) -> Sentence | None:
+    """Whether arms that are calibrated on this plate keep the wanted error; None where nothing is to judge.
+
+    A predicted rms over poses can show that they don't, but not that they do at every pose.
+    """
+    wanted, score, found = session.choices.wanted, session.score, session.tried
+    if wanted is None or np.isnan(score.position):
+        return None
+    if found is not None:
+        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms stay within {wanted.text}"
+        kept += f"; {100 * PASSING_SHARE:.0f} % of them should"
+        if found.share < PASSING_SHARE:
+            turned = None if wanted.rotation is None else found.used * wanted.rotation
+            limit = replace(wanted, position=found.used * wanted.position, rotation=turned)
+            kept += f", and do within {limit.text}"
+        if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
+            kept += f"; {found.unreached} of them leave out targets that they can't reach"
+        kept += " (geometry alone)"
+        return Sentence(kept, tone=Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL)
+    if not wanted.within_by_norms(score.position, score.rotation):
+        return Sentence(f"more than the required {wanted.text}", tone=Tone.CAREFUL)
+    return Sentence(f"not yet tried against the required {wanted.text}")
+
+
+def arm_judgement(session: Session) -> Sentence | None:
+    """Whether the arm of the shown fit keeps the wanted error; None where nothing is to judge."""
+    found, wanted = session.results.identification, session.choices.wanted
+    if found is None or wanted is None:
+        return None
+    judged = _judged(found.runs[session.results.fit], wanted)
+    if judged.is_kept is None:
+        return None
+    passed = Tone.GOOD if judged.held_out else Tone.PLAIN
+    return Sentence(judged.verdict, tone=passed if judged.is_kept else Tone.BAD)
+
+
+_judged = lru_cache(maxsize=2)(judge)

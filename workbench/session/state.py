@@ -172,6 +172,10 @@ class Measurements:
         """How people call a row, as its file does."""
         return f"{row}" if self.loaded is None else self.loaded.row_name(row)
 
+    def named(self, sentence: str) -> str:
+        """A sentence with rows as people call them."""
+        return sentence if self.loaded is None else self.loaded.named(sentence)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Results:
@@ -285,9 +289,20 @@ class Session:
 
     @property
     def shows_plate(self) -> bool:
-        """Whether the plate is in the scene: not while rows are looked at, unless it is the user's."""
+        """Whether the plate is in the scene: not while rows of another are looked at."""
+        return self._are_on_plate or self.playback.focus is not Focus.ROW
+
+    @property
+    def seen_rows(self) -> Comparison | None:
+        """The rows that are in the scene: none while a plate is looked at that they aren't of."""
+        is_seen = self._are_on_plate or self.playback.focus is not Focus.TARGET
+        return self.results.comparison if is_seen and self.choices.overlay.points else None
+
+    @property
+    def _are_on_plate(self) -> bool:
+        """Whether rows, if there are any, may be of this plate, as the user's, or a virtual arm's."""
         loaded = self.measurements.loaded
-        return loaded is None or loaded.virtual or self.playback.focus is not Focus.ROW or self.is_plate_given
+        return loaded is None or loaded.virtual or self.is_plate_given
 
     @property
     def is_idle(self) -> bool:

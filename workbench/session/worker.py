@@ -10,7 +10,6 @@ was.
 
 import logging
 import math
-import operator
 import threading
 import time
 from collections import deque
@@ -28,7 +27,7 @@ from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
 from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
-from workbench.session.page_state import PASSING, RunningJob, Severity
+from workbench.session.page_state import RunningJob, Severity
 from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper, AbstractView
 
@@ -191,10 +190,7 @@ class Worker:
                 return
             assert isinstance(command, AbstractChange)
             before = self._session
-            after = _news(before, command.named(command.apply(before)))
-            is_read = after.page.message_count == before.page.message_count and not command.is_automatic
-            after = after.without_messages(lambda m: m.refused == type(command).__name__)
-            self._session = after.without_messages(lambda m: m.severity in PASSING) if is_read else after
+            self._session = command.done(before, command.apply(before))
             if command.is_kept:
                 last = self._journal[-1:] if len(self._journal) > self._kept else []
                 done = (entry.command for entry in last if entry.ending is Ending.DONE)
@@ -301,7 +297,7 @@ class Worker:
             if failure is not None:
                 raise failure
             with failures() as failed:
-                after = _news(self._session, task.named(task.finish(self._session, result)))
+                after = task.done(self._session, task.finish(self._session, result))
             for sentence in failed:
                 after = after.with_message(Severity.WARNING, sentence)
             self._session = after
@@ -356,12 +352,3 @@ class Worker:
                 if view not in self._broken:  # it would fail at every step
                     self._broken.append(view)
                     log.exception("%s could not draw the session", type(view).__name__)
-
-
-def _news(before: Session, after: Session) -> Session:
-    """With another arm, other rows or another result, what was told of the former ones is over."""
-    both = [(s.robot, s.measurements.loaded, s.results.run) for s in (before, after)]
-    if all(map(operator.is_, *both)):
-        return after
-    count = before.page.message_count
-    return after.without_messages(lambda m: m.number <= count and m.severity is Severity.WARNING)

@@ -311,19 +311,17 @@ def test_whose_poses_are_whose_is_asked_where_no_name_tells(tmp_path):
     assert off(handeye([tmp_path / "b.npy", tmp_path / "a.npy"]))[0] < 0.6
 
 
-@pytest.mark.parametrize("vectors", [False, True])
-def test_arrays_of_opencv(tmp_path, vectors):
+def test_arrays_of_opencv(tmp_path):
     hands, seen = pairs()
     turns = [Rotation.from_matrix(p[:, :3, :3]) for p in (hands, seen)]
-    a, b = [t.as_rotvec()[:, :, None] for t in turns] if vectors else [t.as_matrix() for t in turns]
-    turned, placed = (
-        ("rvec_gripper2base", "tvec_gripper2base") if vectors else ("R_gripper2base", "t_gripper2base")
-    )
-    robot = {turned: a, placed: 1e3 * hands[:, :3, 3:], "t_target2cam": 1e3 * seen[:, :3, 3:]}
-    np.savez(tmp_path / "in.npz", R_target2cam=b, camera_matrix=np.eye(3), **robot)
-    found = handeye(tmp_path / "in.npz")
-    assert off(found)[0] < 0.6
-    assert len([note for note in found.notes if note.endswith("read as mm")]) == 2
+    vectors, matrices = [t.as_rotvec()[:, :, None] for t in turns], [t.as_matrix() for t in turns]
+    for kinds, (a, b) in ("rt", vectors), ("Rt", matrices):
+        turned, placed = (f"{k}vec_gripper2base" if kinds == "rt" else f"{k}_gripper2base" for k in kinds)
+        robot = {turned: a, placed: 1e3 * hands[:, :3, 3:], "t_target2cam": 1e3 * seen[:, :3, 3:]}
+        np.savez(tmp_path / "in.npz", R_target2cam=b, camera_matrix=np.eye(3), **robot)
+        found = handeye(tmp_path / "in.npz")
+        assert off(found)[0] < 0.6
+        assert len([note for note in found.notes if note.endswith("read as mm")]) == 2
     np.savez(tmp_path / "poses.npz", A=hands, B=seen)
     assert off(handeye(tmp_path / "poses.npz")) == pytest.approx(off(found), rel=1e-3)
     cells = np.empty((2, 1, len(hands)), object)
@@ -376,7 +374,7 @@ def test_a_camera_in_the_cell_with_poses_of_the_hand_or_inverted(tmp_path):
 def test_intervals_hold_as_often_as_they_say(count, shots):
     """Shots of one pose share its error."""
     inside = []
-    for seed in range(60):
+    for seed in range(30):
         found = handeye([np.repeat(side, shots, axis=0) for side in pairs(count, seed=seed)])
         inside.append(np.abs(found.camera.xyz - X[:3, 3]) < found.half[0, :3])
     assert 0.88 < np.mean(inside) < 0.999
@@ -443,8 +441,8 @@ def test_pairs_that_do_not_belong_together_are_named(count, bad, mounted):
 
 
 def test_good_pairs_are_kept_and_moved_ones_are_told():
-    good = [handeye(pairs(16, seed=seed)) for seed in range(100, 160)]
-    assert sum(len(found.fit.apart) for found in good) <= 3
+    good = [handeye(pairs(16, seed=seed)) for seed in range(100, 120)]
+    assert sum(len(found.fit.apart) for found in good) <= 1
     assert not any("moved" in found.doubt for found in good)
     (hands, seen), wrong = pairs(40), np.random.default_rng(1).choice(40, 14, replace=False)
     seen[wrong] = matrix([0.03, 0.0, 0.0], Rotation.from_rotvec([0.0, 0.1, 0.0])) @ seen[wrong]

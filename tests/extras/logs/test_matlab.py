@@ -123,12 +123,12 @@ def huge() -> bytes:
 
 
 HOSTILE = {
-    "crashing": (CRASHING, "MATLAB"),
-    "packed": (HEADER + packed(CRASHING[len(HEADER) :]), "MATLAB"),
-    "cut": (sound()[:-300], "MATLAB"),
-    "deep": (deep(3000), "MATLAB"),
-    "hollow": (deep(20), "there are no matrices|which matrix"),
-    "bomb": (huge(), "MiB of memory"),
+    "crashing": (lambda: CRASHING, "MATLAB"),
+    "packed": (lambda: HEADER + packed(CRASHING[len(HEADER) :]), "MATLAB"),
+    "cut": (lambda: sound()[:-300], "MATLAB"),
+    "deep": (lambda: deep(3000), "MATLAB"),
+    "hollow": (lambda: deep(20), "there are no matrices|which matrix"),
+    "bomb": (huge, "MiB of memory"),
 }
 
 
@@ -137,7 +137,7 @@ def test_a_hostile_matlab_file_costs_one_sentence(name, tmp_path, monkeypatch):
     content, text = HOSTILE[name]
     if name == "bomb":
         monkeypatch.setattr(binary_tables, "BASE_MEMORY", 16 * 2**20)
-    assert re.search(text, refusal(tmp_path, "hostile.mat", content))
+    assert re.search(text, refusal(tmp_path, "hostile.mat", content()))
 
 
 def test_variables_of_every_class_are_read_and_none_that_is_changed_does_more_harm(tmp_path):

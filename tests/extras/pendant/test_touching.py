@@ -103,8 +103,29 @@ def test_a_tip_in_an_uncertain_flange_says_so(arm):
     at = wb.tool_poses(robot, q)
     rows = wb.Dataset(q=q, position=at[:, :3, 3] + 1e-3 * rng.normal(size=(40, 3)), rotation=at[:, :3, :3])
     touches = wb.Dataset(np.array([tip_at(arm, POINT, seed=k) for k in range(5)]))
-    sentences = [wb.tcp(each, touches).sentence for each in (wb.identify(robot, rows).robot, robot)]
-    assert ["this file only" in text for text in sentences] == [True, False]
+    arms = wb.identify(robot, rows).robot, robot
+    found = [wb.tcp(each, touches, wanted=1.1 * wb.tcp(each, touches).half.max()) for each in arms]
+    assert ["this file only" in each.sentence for each in found] == [True, False]
+    assert ["the flange itself is known to" in each.doubt for each in found] == [True, False]
+
+
+def test_a_scara_tells_where_its_tip_is_across_the_axis_that_it_keeps():
+    """It was told to tilt."""
+    table = [(0.3, 0.35, 0.0), (0.0, 0.25, np.pi), (0.1, 0.0, 0.0), (0.0, 0.0, 0.0)]
+    rows = [{"theta": 0.0, "d": d, "a": a, "alpha": alpha} for d, a, alpha in table]
+    robot = wb.Robot.from_dh([*rows[:2], {"type": "prismatic", **rows[2]}, rows[3]], name="scara")
+    tool, place, q = np.array([0.05, 0.02, 0.12]), np.array([0.4, 0.1, 0.05]), []
+    for turn in np.linspace(-1.2, 1.2, 6):  # the wrist's turn, and joints that reach with it
+        c, s = np.cos(turn), np.sin(turn)
+        x, y = place[:2] - np.array([[c, s], [s, -c]]) @ tool[:2]
+        elbow = np.arccos((x * x + y * y - 0.35**2 - 0.25**2) / (2 * 0.35 * 0.25))
+        first = np.arctan2(y, x) - np.arctan2(0.25 * np.sin(elbow), 0.35 + 0.25 * np.cos(elbow))
+        q.append([first, elbow, 0.3 - 0.1 - place[2] - tool[2], first + elbow - turn])
+    robot = robot.with_frames(tool=replace(robot.tool, xyz=np.array([0.0, 0.0, 0.12])))
+    found = wb.tcp(robot, wb.Dataset(np.array(q)))
+    np.testing.assert_allclose(found.xyz, tool, atol=1e-9)
+    assert np.isnan(found.half).tolist() == [False, False, True]
+    assert mentions(found.sentence, "z stays 120.000 mm", "can't tilt")
 
 
 def _jacobian(arm, q):

@@ -178,6 +178,15 @@ def test_several_lengths_that_changed_are_no_zeros(aria):
     assert "calibrate" in found.sentence
 
 
+def test_a_scale_of_all_lengths_is_told_before_any_link(aria):
+    """It was two links, to be checked for damage."""
+    arm = framed(aria)
+    data = measured(arm, np.zeros(6), rows=20)
+    found = wb.rezero(arm, replace(data, position=1.0008 * data.position))
+    assert len(found.doubts) == 1
+    assert mentions(found.doubts[0], "all lengths are", "% longer than calibrated", "the instrument's scale")
+
+
 def test_three_poses_suffice_and_two_are_refused(aria):
     arm = framed(aria)
     shifts = np.deg2rad([0, 0.5, 0, 0, 0, 0])

@@ -16,7 +16,7 @@ from workbench.report.numbers import compared as as_shown
 from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
-from workbench.views.drawables.viewpoint import first_view
+from workbench.views.drawables.scene_contents import first_view
 from workbench.views.page.scene.scene import aim
 
 pytestmark = pytest.mark.browser

@@ -4,9 +4,12 @@ import threading
 
 import pytest
 
+from workbench import Parts, load_plate, load_robot, register
 from workbench.views.appearance.colours import SKY
+from workbench.views.page.app import App
 from workbench.views.page.local_server import local_server, page_address
-from workbench.views.page.tabs import PageSignals
+from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.render import PageSignals
 
 pytestmark = pytest.mark.browser
 
@@ -43,3 +46,17 @@ def test_links_do_something_a_hand_at_work_costs_fewer_pixels_and_the_end_is_sai
     finally:
         server.stop()
         page.close()
+
+
+class BrokenPanel(AbstractPanel):
+    def build(self, gui):
+        raise RuntimeError("no panel")
+
+
+def test_a_panel_that_raises_is_left_out_with_a_warning_and_the_page_goes_on():
+    forget = register(Parts(panels=(BrokenPanel,)))
+    try:
+        with pytest.warns(RuntimeWarning, match="the panel .* is left out: "):
+            App(load_robot("aria"), load_plate("table2")).close()
+    finally:
+        forget()

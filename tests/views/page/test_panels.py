@@ -1,6 +1,5 @@
 """Panels without a browser: every control explains itself, and strange text stays text."""
 
-import zipfile
 from contextlib import suppress
 from dataclasses import replace
 from time import monotonic, sleep
@@ -12,10 +11,7 @@ from session_at_work import carry_out
 from viser import GuiHtmlHandle
 from viser._messages import GuiUpdateMessage
 
-from workbench import Motion, load_robot, read_measurements, tool_poses
-from workbench.plate.plate_toml import read_plate
 from workbench.report.numbers import compared
-from workbench.session import export
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify, LeaveRowsOut
@@ -136,30 +132,6 @@ def test_where_the_index_says_otherwise_the_error_judges(app):
         indices = {name: worse * value for name, value in first.score.indices.items()}
         score = replace(first.score, position=1.1 * first.score.position, indices=indices)
         assert (OTHERWISE in headline(replace(first, plate=replace(first.plate), score=score), ())) is judges
-
-
-def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
-    def write_report(found, folder, *, wanted, first):
-        assert (found, wanted, first) == (session.results.identification, session.choices.wanted, [])
-        folder.mkdir()
-        (folder / "report.html").write_text("")
-
-    monkeypatch.setattr("workbench.identification.report.results_json.write_identification", write_report)
-    done(app, MeasureVirtualArm(2))
-    done(app, Identify(("opt2",)))
-    session = app.worker.session
-    made = {}
-    for kind in ("plate_toml", "measurements_csv", "calibrated_toml", "calibrated_urdf", "report_zip"):
-        name, content = getattr(export, kind)(session)
-        (tmp_path / name).write_bytes(content)
-        made[kind] = tmp_path / name
-    assert len(read_plate(made["plate_toml"])) == 10
-    assert len(read_measurements(made["measurements_csv"], joints=6)) == 10
-    q = session.results.comparison.q[:5]
-    wanted = tool_poses(session.results.identification.runs["opt2"].calibrated, Motion(q))
-    for path in (made["calibrated_toml"], made["calibrated_urdf"]):
-        assert np.abs(tool_poses(load_robot(path), Motion(q)) - wanted).max() < 1e-9
-    assert zipfile.ZipFile(made["report_zip"]).namelist() == ["report/report.html"]
 
 
 def controls(app):

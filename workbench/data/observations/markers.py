@@ -48,14 +48,11 @@ class MarkerObservation(AbstractObservation):
 
     def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         rows, count = self.measured.shape[:2]
-        rotation = poses[:, None, :3, :3]
-        arm = (rotation @ unknown.reshape(count, 3)[None, :, :, None])[..., 0]
+        arm = (poses[:, None, :3, :3] @ unknown.reshape(count, 3)[None, :, :, None])[..., 0]
         seen = np.isfinite(self.measured).all(-1)[..., None]
         residual = np.where(seen, self.measured - poses[:, None, :3, 3] - arm, 0.0)
         by_twist = np.concatenate([np.broadcast_to(np.eye(3), (rows, count, 3, 3)), -se3.skew(arm)], axis=-1)
         by_twist = np.where(seen[..., None], by_twist, 0.0)
-        by_unknown = np.zeros((rows, count, 3, count, 3))
-        for k in range(count):
-            by_unknown[:, k, :, k] = np.where(seen[:, k, :, None], poses[:, :3, :3], 0.0)
+        by_unknown = np.einsum("rm,rij,mn->rminj", 1.0 * seen[..., 0], poses[:, :3, :3], np.eye(count))
         to = (rows, 3 * count)
         return Linearised(residual.reshape(to), by_twist.reshape(*to, 6), by_unknown.reshape(*to, 3 * count))

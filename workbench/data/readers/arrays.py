@@ -121,10 +121,10 @@ def arrays_of_names(data: bytes, path: Path) -> dict[str, Any]:
     """Numbers behind their names, as in lines `q1=12.3 deg q2=…`; of a robot's program joints alone, as its
     places are where the arm should be. None of another text."""
     is_program = bool(re.match(PROGRAM, data[:4000]))
-    begin = _COMMENT.sub("", data[: 20_000 if is_program else 200].decode("utf-8", "ignore"))
+    begin = _bare(data[: 20_000 if is_program else 200].decode("utf-8", "ignore"))
     if not {"q1", "q2", "q3"} <= {meaning_of(match[1]) for match in re.finditer(_NAMED, begin)}:
         return {}
-    text, rows = _COMMENT.sub("", decode(data, path)[0]), list[dict[str, float]]()
+    text, rows = _bare(decode(data, path)[0]), list[dict[str, float]]()
     lines = [text] if is_program else text.splitlines()
     for number, line in enumerate(lines, 1):
         rows.append(row := dict[str, float]())
@@ -141,6 +141,12 @@ def arrays_of_names(data: bytes, path: Path) -> dict[str, Any]:
         return {}
     keys = dict.fromkeys(chain.from_iterable(rows))
     return {key: [row.get(key, np.nan) for row in rows] for key in keys}
+
+
+def _bare(text: str) -> str:
+    """A text without comments, joints of RAPID behind their names."""
+    named = lambda found: " ".join(f"q{k} {v}" for k, v in enumerate(found[1].split(","), 1))  # noqa: E731
+    return re.sub(r"\bjointtarget\s+\w+\s*:=\s*\[\[([^]]*)\]", named, _COMMENT.sub("", text))
 
 
 def numpy_arrays(data: bytes) -> dict[str, Any]:

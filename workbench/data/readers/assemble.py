@@ -24,7 +24,7 @@ from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import SIGMA, WRENCH, Dataset
 from workbench.data.observation import known_columns
 from workbench.data.postures import postures
-from workbench.data.readers.column_meanings import unread_text
+from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE, unread_text
 from workbench.data.readers.columns_option import GROUPS, Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import POSE_PAIRS
@@ -217,7 +217,8 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
         lacks, read = max(wanted - len(numbers), 0), [fields.headings[f"q{k}"] for k in numbers]
         slides = sliding_numbers(joints) if isinstance(joints, Robot) else ()
         more = unread_text(fields.unread, f"q{numbers[-1] + 1}", lacks, read, slides)
-        how = f"choose the robot that has them{more * (lacks > 0)}"
+        still = "; if a joint stood still, add its angle as a column"
+        how = f"choose the robot that has them{(more or still) * (lacks > 0)}"
         text = f"{fields.source}: {there}, the robot {plural(wanted, 'joint')}: {how}"
         raise ShapeError(text, expected=wanted, found=len(numbers))
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
@@ -226,8 +227,8 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
 def _counted(fields: Fields, numbers: list[int], what: str, name: str) -> None:
     """Refuse columns that are not counted 1, 2, 3 …"""
     if (lacking := next((k for k, number in enumerate(numbers, 1) if number != k), None)) is not None:
-        wanted = f"call them {name.format(1)}, {name.format(2)}, … without a gap"
-        text = f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: {wanted}"
+        named = remedy(f"call it {name.format(lacking)}", page=CHOOSE_ON_PAGE)
+        text = f"has no column of {what} {lacking}, but of {what} {numbers[-1]}: add it, or {named}"
         raise FileError(text, path=fields.source)
 
 

@@ -142,7 +142,8 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
                 known = [c.conversion.to_si(_numbers(table, [c.index])) for c in numbers if c.conversion]
                 are_two = column.unit != other.unit and len(known) == 2  # of one joint, in deg and in rad
                 is_same = are_two and np.allclose(known[0], known[1], atol=1e-5, equal_nan=True)
-                numbers = [other] if is_same else measured or reached
+                weighed = [c for c in numbers if c.unit != "N"]  # of a load by its weight, too, its mass
+                numbers = [other] if is_same else measured or reached or weighed
             if len(numbers) == 1:  # the other holds words, or nothing measured
                 seen[column.key] = numbers[0]
                 worse = column if numbers[0] is other else other

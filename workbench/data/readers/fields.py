@@ -21,6 +21,8 @@ MISSING = re.compile(
     r"(?i)[\W_]*|nan|#?n/?a|-?1?\.?#[a-z]+[/\d]*[!?]?|null|none|missing|lost|fehlt|k\. ?a\.|invalid"
 )
 """Cells without a value: blank, of signs alone, words that say so, or errors of a spreadsheet."""
+NO_VALUE = (-9999.0, -99999.0, -999999.0, 99999.9, 999999.9)
+"""Numbers that stand where nothing was measured."""
 MAX_NUMBER = 1e50
 """Larger numbers are no measurements, and their squares no numbers."""
 
@@ -156,9 +158,9 @@ def to_numbers(table: Table, column: int | str, *, signs: bool = False) -> Float
     cells = table.columns[index]
     if (signs or "+" in cells) and {*cells} <= {"+", "-", "\u2212", "0", ""}:  # signs, as of directions
         cells = tuple(f"{cell}1" if cell not in ("0", "") else cell for cell in cells)
-    values = numbers_in(cells)
+    values = np.where(np.isin(numbers_in(cells), NO_VALUE), np.nan, numbers_in(cells))
     odd = np.flatnonzero(np.isnan(values)).tolist()
-    for row in (k for k in odd if not MISSING.fullmatch(cells[k].strip())):
+    for row in (k for k in odd if np.isnan(numbers_in(cells)[k]) and not MISSING.fullmatch(cells[k].strip())):
         text = "is not a number: write it without unit or thousands separators, or leave it blank"
         raise table.error(f"'{cells[row][:40]}' {text}", index, row)
     if (beyond := np.abs(values) > MAX_NUMBER).any():

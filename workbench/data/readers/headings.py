@@ -99,6 +99,7 @@ SQUARE_ERROR = 0.04
 _GROUPED = re.compile(
     r"[-+]?\d{1,3}(([ '’\u202f])\d{3}(\2\d{3})*([.,]\d*)?|([.,])\d{3}(\5\d{3})*(?!\5)[.,]\d+)"
 )
+_SEXAGESIMAL = re.compile(r"([-+]?)(\d+)°\s*(\d+)['′’]\s*(\d+\.?\d*)(?:[\"″”]|'')")
 _UNIT_ENDING = re.compile(
     r"(.+?)[_ ](?:(mm|cm|um|µm|m|in|deg|derece|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)|(mm|deg|rad)([_ ][xyz]))"
 )
@@ -178,6 +179,8 @@ def number_in(cell: str) -> float:
     text = re.sub(r"(?<=\d)[dD](?=[-+]\d)", "e", cell.replace("\u2212", "-").replace("\u00a0", " ").strip())
     if _GROUPED.fullmatch(text):
         text = re.sub(r"[.,](?=.*[.,])", "", re.sub(r"[^\d.,+-]", "", text)).replace(",", ".")
+    if degrees := _SEXAGESIMAL.fullmatch(text):
+        return float(f"{degrees[1]}1") * sum(float(v) / 60.0**k for k, v in enumerate(degrees.groups()[1:]))
     with suppress(ValueError):
         return float("" if "_" in text else text)
     return float("nan")

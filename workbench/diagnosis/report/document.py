@@ -19,8 +19,8 @@ from workbench.report.numbers import compared, readable_unit, short, signed, wit
 from workbench.report.result_display import blocks_of
 
 TONES = {Verdict.EXPLAINED: Tone.GOOD, Verdict.NO_EFFECT: Tone.STRONG, Verdict.PARTLY: Tone.CAREFUL}
-SAID = {Confidence.OPEN: "one of several"}
-"""Beside a bar, in place of a confidence."""
+SAID, LEARNED = {Confidence.OPEN: "one of several"}, "Learned correction"
+"""Beside a bar, in place of a confidence; and a bar without a cause."""
 MAX_NAMED_OUTLIERS, MAX_LISTED_COEFFICIENTS = 15, 6
 """Outliers that are named, and coefficients of one effect that are listed, at most."""
 EXPLAINS = (
@@ -71,7 +71,7 @@ def budget_bars(found: Diagnosis) -> Bars:
     parts = sizes * np.sqrt(max(whole**2 - rest**2, 0.0) / max(sizes @ sizes, 1e-12))
     each = zip(found.causes, parts.tolist(), strict=True)
     rows = [Bar(capital(c.plain), v, CALIBRATED, SAID.get(c.confidence, c.confidence)) for c, v in each]
-    rows += [Bar("Learned correction", float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
+    rows += [Bar(LEARNED, float(np.sqrt(rest**2 - left**2)), UNNAMED)] if rest > left else []
     if not rows or not np.isfinite(whole):
         return Bars((), testid="budget")
     aside = " without suspects" * bool(len(found.suspects))
@@ -152,7 +152,7 @@ def outlier_text(result: Diagnosis) -> str:
     off = result.outlier_errors.text("max")
     up_to, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
     size = f"{up_to}{off} off, where the others' mean is {mean}; " if off else ""
-    return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or exclude {it}"
+    return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or correct the file"
 
 
 def coefficients(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> list[str]:

@@ -3,7 +3,7 @@
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, final
+from typing import TYPE_CHECKING, Annotated, Any, cast, final
 
 import workbench as wb
 from workbench.base.errors import OptionError
@@ -29,14 +29,14 @@ def board(
 ) -> None:
     """A ChArUco board to print at true size, and its target.toml."""
     from workbench.extras.camera.camera import Mount
-    from workbench.extras.camera.corner_detection import across_down, board_pdf
+    from workbench.extras.camera.corner_detection import board_pdf
     from workbench.extras.camera.target import Charuco, charuco_target, target_toml
 
     check_ending(out, "a board is", ".pdf")
     mount = opt.choice_of({str(m): m for m in Mount}, mounted, "--mounted")
     side = opt.quantity(square, "square")
     inner = round(0.75 * side, 4) if marker is None else opt.quantity(marker, "marker")
-    printed, beside = Charuco(across_down(squares), side, inner, dictionary), out.parent / "target.toml"
+    printed, beside = Charuco(cast(Any, squares), side, inner, dictionary), out.parent / "target.toml"
     opt.check_writable(out, beside)
     text, (pdf, title) = target_toml(charuco_target(printed, mount)), board_pdf(printed)
     if beside.exists() and beside.read_text(encoding="utf-8") != text:
@@ -71,9 +71,7 @@ def handeye(
     if len(pairs) > 2:
         raise OptionError(f"give a file or folder, or the robot's and the target's, not {len(pairs)} of them")
     found = wb.handeye(pairs, mounted=mounted)
-    opt.give(found, found.doubt, save)
-    if save is not None:
-        opt.say(f"camera: {found.save(save)}")
+    opt.give(found, found.doubt, save, saved="camera")
 
 
 @final

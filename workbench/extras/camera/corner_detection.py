@@ -259,15 +259,6 @@ DOT = 0.05
 """Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
 
 
-def across_down(text: str) -> tuple[int, int]:
-    """Squares across and down from 5x7."""
-    try:
-        across, down = (int(part) for part in text.lower().replace("×", "x").split("x"))
-    except ValueError:
-        raise OptionError(f"squares must be like 5x7, got '{text}'") from None
-    return across, down
-
-
 def board_pdf(board: Charuco) -> tuple[bytes, str]:
     """A sheet with the board as PDF, the same for the same board, and what it is, in words."""
     page, (name, width, height) = printed_sheet(board)

@@ -34,6 +34,10 @@ MAX_SQUARES = 10_000
 KNOWLEDGE = ("scale_sigma", "flatness_sigma")
 
 
+def _across_down(value: Any, given: Any) -> Any:
+    return [*map(int, re.split("[xX×]", value))] if isinstance(value, str) else value
+
+
 @dataclass(frozen=True)
 class Charuco:
     """A ChArUco board: a chessboard with a marker in every white square.
@@ -46,7 +50,7 @@ class Charuco:
         first_marker: Number of its first marker.
     """
 
-    squares: Annotated[tuple[int, int], Reads("two whole numbers")]
+    squares: Annotated[tuple[int, int], Reads("like 5x7, or two whole numbers", _across_down)]
     square: float
     marker: float
     dictionary: str

@@ -27,6 +27,4 @@ def map_(
     arm = wb.load_robot(robot)
     opt.check_writable(robot=save)
     found = wb.map_motors(arm, files.read(data, arm))
-    opt.give(found)
-    if save is not None:
-        opt.say(f"arm with the motors' zeros and signs: {opt.save_robot(found.robot, save)}")
+    opt.give(found, save=save, saved="arm with the motors' zeros and signs")

@@ -21,7 +21,6 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from scipy.ndimage import map_coordinates
 
-from workbench.base.circles import fit_circle
 from workbench.base.errors import DataError
 from workbench.base.types import Positions, Vector3, frozen
 
@@ -112,8 +111,7 @@ def plotted_profile(scan: Image, radius: float, *, source: str = "the scan") -> 
     middle, size = _rough(inked, source)
     middle, line = _refined(inked, middle, size, source)
     ring = HARMONICS @ line
-    oval = float(np.hypot(line[3], line[4]) / line[0])
-    if oval > OVAL:
+    if (oval := float(np.hypot(line[3], line[4]) / line[0])) > OVAL:
         raise DataError(
             f"{source}: the printed circle is oval by {100 * oval:.1f} %, as in a picture taken from "
             "the side; scan the sheet flat",
@@ -167,23 +165,25 @@ def plotted_errors(
 
 def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:
     """Middle (row, column) and radius of the print, in dots, from the red dots alone."""
-    row, column = np.nonzero(inked > INKED)
-    if len(row) < MIN_DOTS:
+    dots = np.argwhere(inked > INKED).astype(float)
+    if len(dots) < MIN_DOTS:
         raise DataError(
             f"{source} shows no recognisable circle: there is no red print in it; print the sheet in colour "
             "and scan it in colour"
         )
-    dots = np.stack([row, column, np.zeros(len(row))], 1).astype(float)[:: max(1, len(row) // 20_000)]
+    dots = dots[:: max(1, len(dots) // 20_000)]
     for _ in range(OUTLIER_ROUNDS):
-        circle = fit_circle(dots)
-        away = np.abs(circle.out)
+        design = np.insert(2.0 * dots, 2, 1.0, axis=1)  # Kåsa, IEEE Trans. Instrum. Meas. 25 (1976)
+        *middle, power = np.linalg.lstsq(design, (dots**2).sum(1), rcond=None)[0]
+        size = float(np.sqrt(max(power + np.dot(middle, middle), 0.0)))
+        away = np.abs(np.linalg.norm(dots - middle, axis=1) - size)
         dots = dots[away <= max(3.0 * float(np.median(away)), 2.0)]
-    if np.median(away) > ROUGH * circle.radius or len(dots) < MIN_DOTS // 5:
+    if np.median(away) > ROUGH * size or len(dots) < MIN_DOTS // 5:
         raise DataError(
             f"{source} shows no recognisable circle: its red print is not round; scan the whole sheet and "
             "nothing else"
         )
-    return circle.centre[:2], circle.radius
+    return np.array(middle), size
 
 
 def _refined(

@@ -57,8 +57,11 @@ class ByTime(AbstractJoin):
     def join(self, measured: Fields, joints: Fields) -> Fields:
         if "time" in joints.values:
             return join_by_time(measured, joints, one_clock=measured is joints)
-        standstills = _standstills_of_points(measured)
-        return by_row(_averaged(measured, standstills, "the measured point"), joints)
+        time, points = measured.values["time"], _points(measured)
+        seen = np.flatnonzero(np.isfinite(points).all(1))
+        runs = [seen[a : b + 1] for a, b in still(time[seen], points[seen], STILL_POINT)] if len(seen) else []
+        parts = [r[(time[r] >= time[r[0]] + MARGIN) & (time[r] <= time[r[-1]] - MARGIN)] for r in runs]
+        return by_row(_averaged(measured, parts, "the measured point"), joints)
 
 
 def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -> Fields:
@@ -207,14 +210,6 @@ def _points(measured: Fields) -> np.ndarray:
     if not keys:
         raise DataError(f"{measured.source}: there are no positions to join with joints: x[m], y[m], z[m]")
     return np.stack([measured.values[key] for key in keys], 1)
-
-
-def _standstills_of_points(measured: Fields) -> list[np.ndarray]:
-    time, points = measured.values["time"], _points(measured)
-    seen = np.flatnonzero(np.isfinite(points).all(1))
-    found = still(time[seen], points[seen], STILL_POINT) if len(seen) else []
-    runs = (seen[first : last + 1] for first, last in found)
-    return [r[(time[r] >= time[r[0]] + MARGIN) & (time[r] <= time[r[-1]] - MARGIN)] for r in runs]
 
 
 def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]:

@@ -36,9 +36,8 @@ def extract(
         found = wb.extract(robot, shown, columns=files.columns, reading=reading)
     if rows is not None:
         opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
-    opt.give(found, "" if found.verdict in ("nominal", "extracted") else found.sentence, save)
-    if save is not None:
-        opt.say(f"the controller's model: {opt.save_robot(found.robot, save)}")
+    doubt = "" if found.verdict in ("nominal", "extracted") else found.sentence
+    opt.give(found, doubt, save, saved="the controller's model")
 
 
 TouchesArgument = Annotated[
@@ -58,9 +57,7 @@ def tcp(
     """Tool tip from touching one point in four orientations or more."""
     opt.check_writable(robot=save)
     found = wb.tcp(robot, touches, wanted=wanted, columns=columns)
-    opt.give(found, found.doubt, save)
-    if save is not None:
-        opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
+    opt.give(found, found.doubt, save, saved="robot with the tool")
 
 
 @in_section("Calibrate")
@@ -77,9 +74,7 @@ def frame(
         raise OptionError(f"{save}: a frame is saved as .toml")
     opt.check_writable(save)
     found = wb.frame(robot, touches, cad=cad, wanted=wanted, columns=columns)
-    opt.give(found, found.doubt, save)
-    if save is not None:
-        opt.say(f"frame: {found.save(save)}")
+    opt.give(found, found.doubt, save, saved="frame")
 
 
 @in_section("Calibrate")

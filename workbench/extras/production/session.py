@@ -9,8 +9,8 @@ from workbench.extras.production.plate_trial import check_tried, rms_of, try_pla
 from workbench.plate.plate import AUTO
 from workbench.session.command import computed
 from workbench.session.commands.plate import AbstractPlateTrial
-from workbench.session.judgement import PASSING_SHARE
 from workbench.session.live_score import PlateTrial
+from workbench.session.stages import PASSING_SHARE
 from workbench.session.state import Session
 
 JUDGED_POSES = 200

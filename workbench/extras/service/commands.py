@@ -37,9 +37,6 @@ def rezero(
     arm = wb.load_robot(robot)
     opt.check_writable(robot=save)
     rows = files.read(data, arm)
-    out = dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand")
     with opt.progress_bar("rezero"):
-        found = wb.rezero(arm, rows, noise=noise, frames=frames, exclude=out)
-    opt.give(found, found.sentence if found.doubts else "", save)
-    if save is not None:
-        opt.say(f"robot with the zeros found: {opt.save_robot(found.robot, save)}")
+        found = wb.rezero(arm, rows, noise=noise, frames=frames, exclude=exclude)
+    opt.give(found, found.sentence if found.doubts else "", save, saved="robot with the zeros found")

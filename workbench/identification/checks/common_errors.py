@@ -33,6 +33,7 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import thinned
 from workbench.identification.errors.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
+from workbench.identification.meaning.placement import place
 from workbench.identification.meaning.usable_rows import usable
 from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.rows.course import course
@@ -59,6 +60,8 @@ is none."""
 TWO_ARMS, PLAYS = 0.3, 2.0
 """Share of an error that constants of two arms must leave at most, and how often as much the joints' zeros
 alone, at least: where rows are of one kind 0.38 and more are left, where a joint plays as much."""
+COMPUTED = 1e-5
+"""Share of the reach up to which an arm meets rows that were computed with it, as it does none of another."""
 TWO_SEEN, TWO_ROUNDS = 1e-4, 20
 """Smallest singular value of what rows determine, relative, and the maximum number of steps."""
 TOLD = 0.1
@@ -236,11 +239,11 @@ def lag(fit: Fit, data: Dataset) -> str:
 
 def two_kinds(fit: Fit, data: Dataset) -> str:
     """That some rows lie off the others together, or else are another arm's; empty if they don't."""
-    return two_places(fit, data) or two_arms(fit)
+    return two_places(fit, data) or two_arms(fit, data)
 
 
 @beside("rows of two arms", "")
-def two_arms(fit: Fit) -> str:
+def two_arms(fit: Fit, data: Dataset) -> str:
     """`40 of 80 rows (rows 1, 3, …) need constants of their own, which leave 5 % of …`, or empty; not where
     zeros of the joints alone explain as much, as if a joint plays.
 
@@ -274,10 +277,29 @@ def two_arms(fit: Fit) -> str:
     if np.linalg.norm(zeros) < PLAYS * share * np.linalg.norm(left):
         return ""
     few = (away if away.mean() <= 0.5 else ~away)[posture]
+    if computed := _computed(fit, data, few) or _computed(fit, data, ~few):
+        return computed
     which = f"{few.sum()} of {len(few)} fitted rows (rows {ranges(problem.data.row[few])})"
     leave = f"{100.0 * share:.2g} % of the error that all have together"
     why = "another arm's, or of another time? Fit them by themselves"
     return f"{which} need constants of their own, which leave {leave}: {why}"
+
+
+def _computed(fit: Fit, data: Dataset, some: Bool[np.ndarray, " n"]) -> str:
+    """`26 of 80 rows were computed with the nominal arm …`, if with one base and tool it meets most of some
+    rows as it meets no measured ones; or empty."""
+    part, robot = thinned(fit.problem).data.take(np.flatnonzero(some)), fit.problem.robot.bare
+    if part.position is None or data.position is None:
+        return ""
+    at, most = place(robot, part.q[None], part.position[None], None), COMPUTED * robot.reach
+    if np.median(at.error) > most:
+        return ""
+    frames = at.base[0], at.tool[0]
+    met = place(robot, data.q[None], data.position[None], None, given=frames).error[0] < most
+    which = ",".join(map(str, data.row[met]))
+    said = remedy(f"--exclude {which}", page=f"exclude rows {which} in the Calibrate tab")
+    met_by = f"computed with the nominal arm, which meets them to {in_mm(most)}"
+    return f"{met.sum()} of {len(met)} rows were {met_by}: leave them out: {said} ({data.counted})"
 
 
 @beside("what is wrong with the instrument", "")

@@ -15,6 +15,7 @@ from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import checked
+from workbench.identification.meaning.exchanged_markers import with_own_names
 from workbench.identification.meaning.meaning import RowMeaning
 from workbench.identification.meaning.nominal_fit import (
     with_holding_torques,
@@ -58,11 +59,12 @@ def as_read(
         arm.
         UnitError: the file lacks units, and the rows don't tell them.
     """
-    data = without(data, exclude or {})
+    data = with_own_names(without(data, exclude or {}))
     if how == "given" or data.readings is not None:
         return robot, with_units(robot, data) if data.missing_units else data, ""
     arm, rows, rival = _as_read(robot, data, how, keeps_arm, takes_rival)
-    return arm, with_holding_torques(arm, with_tool_points(arm, _with_orientation(arm, rows))), rival
+    rows = with_own_names(with_tool_points(arm, _with_orientation(arm, rows)))
+    return arm, with_holding_torques(arm, rows), rival
 
 
 _meaning = lru_cache(maxsize=2)(read_rows)

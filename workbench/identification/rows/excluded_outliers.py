@@ -131,7 +131,7 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
     out = np.any(after > maximum, axis=1)
     for known in (*others, {}):
         if out.any():
-            out[out] = np.any(left(held.take(out), known) > maximum, axis=1)
+            out[out] = np.any(left(held.take(out), {**places, **known}) > maximum, axis=1)
     return out
 
 

@@ -87,13 +87,11 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         with as_files({safe_name(self.name): self.content}) as (path,):
             understood = self._understood(path, session.robot, session.robot)
             file = MeasurementFile(path.name, self.content, understood, self.columns)
-            if understood.dataset is None and understood.columns and understood.layout == "plain":
+            if understood.dataset is None:
                 # which built-in arm rows are of that can't be the session's, by their number of joints
-                is_other = understood.joints not in (0, session.robot.dof)
+                is_other = file.is_plain and understood.joints not in (0, session.robot.dof)
                 rows = self._understood(path, session.robot, None).dataset if is_other else None
                 return file if rows is None else replace(file, match=arm_match(session.robot, rows))
-            if understood.dataset is None:
-                raise DataError(understood.problems[0])
             dataset = understood.dataset
             texts = dataset.missing_units, *dataset.notes
             missing, *notes = (text.replace(f"{path.parent}/", "") for text in texts)
@@ -126,7 +124,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             if result.match is not None and result.match.rival:
                 return self._warned(session, Severity.WARNING, f"{result.name}: {result.match.text}")
             problem = result.preview.problems[0]
-            text = problem if "Columns of the file" in problem else f"{problem}; or {CHOOSE_ON_PAGE}"
+            is_told = not result.is_plain or ", line " in problem or "Columns of the file" in problem
+            text = problem if is_told else f"{problem}; or {CHOOSE_ON_PAGE}"
             return self._warned(session, Severity.ERROR, text)
         if result.match is not None and result.is_foreign:
             session = with_other_data(session, result)

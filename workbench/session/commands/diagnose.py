@@ -65,7 +65,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             session = with_comparison(begin_step(session, is_whole=True).updated("results", diagnosis=found))
         else:  # nothing is left to be added
             session = AddEffects().finish(session, (found, (loaded, found.identification())))
-        return session.with_message(Severity.LOG, found.message)
+        return session.with_message(Severity.LOG, session.measurements.named(found.message))
 
 
 class AddEffects(AbstractTask[tuple[Diagnosis, tuple[Loaded, Identification]]]):

@@ -14,9 +14,9 @@ from workbench.identification.result import Identification, Run
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, fitted_rows, measurements
+from workbench.session.comparison import times_for
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.page_state import Severity
-from workbench.session.real_arm import times_for
 from workbench.session.stages import before_and_after
 from workbench.session.state import Focus, Session
 from workbench.session.target_steps import begin_step

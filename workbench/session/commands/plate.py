@@ -12,9 +12,9 @@ from workbench.plate.plate import Plate, Target
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractChange, AbstractTask
-from workbench.session.judgement import plate_judgement
 from workbench.session.live_score import PlateTrial
 from workbench.session.page_state import Severity
+from workbench.session.stages import plate_judgement
 from workbench.session.start import is_default_plate
 from workbench.session.state import Session
 from workbench.session.target_steps import check_free, is_better, place_plate, rescore

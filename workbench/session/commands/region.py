@@ -122,7 +122,8 @@ class MapCubes(AbstractChore[CubeMap]):
         return cls(plain(region.min), plain(region.max), region.cube, session.robot.name)
 
     def compute(self, session: Session) -> CubeMap:
-        turns, names = session.plate.poses[:MAX_ORIENTATIONS, :3, :3], identified_names(session.robot)
+        turns = session.history.first.plate.poses[:MAX_ORIENTATIONS, :3, :3]  # whichever came since
+        names = identified_names(session.robot)
         return map_cubes(session.robot, session.plate.region, turns, names=names)
 
     def finish(self, session: Session, result: CubeMap) -> Session:

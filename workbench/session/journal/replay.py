@@ -51,7 +51,8 @@ def steps(session: Session, entries: Sequence[Entry]) -> Iterator[Session]:
             is_lacking |= isinstance(entry.command, UnknownCommand)
             try:
                 with part_of((number - 1) / len(entries), 1.0 / len(entries)):
-                    session = entry.command.named(_do_again(session, entry, bases.get(entry.basis)))
+                    after = _do_again(session, entry, bases.get(entry.basis))
+                    session = entry.command.done(session, after)
             except Exception as error:  # a command that was changed raises nearly anything
                 if not is_lacking:
                     raise OptionError(

@@ -8,7 +8,6 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Matrix4
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.comparison import STAGES, ModelStage
-from workbench.session.real_arm import bending_robot, bent_frames
 from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
 from workbench.session.target_postures import branches_to
@@ -16,6 +15,7 @@ from workbench.views.appearance.bodies import body_frames, make_bodies
 from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
+from workbench.views.drawables.real_arm import bending_robot, bent_frames
 from workbench.views.drawables.sink import Item
 
 SHELL = 1.09
@@ -34,10 +34,10 @@ def arms(session: Session) -> Iterator[Item]:
     nominal = lambda robot, q: Arm(bodies=make_bodies(robot), frames=body_frames(robot, q))  # noqa: E731
     yield Item("arm/nominal", nominal, (session.robot, q))
     if (known := model_and_real(session)) is not None:
-        is_shown, rows = focus in (Focus.ROW, Focus.JOG), session.results.comparison
-        gap: np.ndarray | None = None
-        if focus is Focus.ROW and rows is not None and rows.stages:  # to where the tool was measured
-            gap = -rows.residuals[session.results.row, STAGES.index(shown_stage(session, rows))]
+        is_shown, rows, k = focus in (Focus.ROW, Focus.JOG), session.results.comparison, session.results.row
+        gap: np.ndarray | None = None  # to where the tool was measured, unless that is wrong
+        if focus is Focus.ROW and rows is not None and rows.stages and not rows.set_apart[k]:
+            gap = -rows.residuals[k, STAGES.index(shown_stage(session, rows))]
         yield Item("arm/calibrated", real_arm, (*known, q, gap, overlay.exaggeration), shown=is_shown)
 
 
@@ -60,7 +60,7 @@ def blame(session: Session) -> Iterator[Item]:
     for blamed in () if found is None else found.causes[:1]:
         for k, joint in enumerate(blamed.joints):
             inputs = session.robot, drawn_joints(session), joint
-            words = *inputs, "" if k else blamed.plain
+            words = *inputs, "" if k else session.measurements.named(blamed.plain)
             yield Item(f"arm/blame/{joint + 1}", _glow, inputs, shown=is_shown)
             yield Item(f"arm/blame_words/{joint + 1}", _glow_label, words, shown=is_shown)
 

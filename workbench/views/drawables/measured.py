@@ -9,16 +9,8 @@ from workbench.base import se3
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.stages import shown_stage
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import (
-    EXCLUDED,
-    FITTED,
-    MARK,
-    NOMINAL,
-    SET_APART,
-    STAGE_COLOURS,
-    ErrorScale,
-    rounded,
-)
+from workbench.views.appearance import colours
+from workbench.views.appearance.colours import ErrorScale
 from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Colour, Label, Mesh, Points
 from workbench.views.drawables.sink import Item
@@ -40,17 +32,18 @@ def measured(session: Session) -> Iterator[Item]:
     rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
-    is_shown, stage = overlay.points, shown_stage(session, rows)
+    is_shown, stage = session.seen_rows is not None, shown_stage(session, rows)
     inputs = rows, stage, session.measurements.left_out
     for path, is_held_out in (("measured", False), ("measured/held_out", True)):
         yield Item(path, _points, (*inputs, is_held_out), shown=is_shown)
     yield Item("measured/set_apart", _set_apart, (rows, inputs[2]), shown=is_shown)
     is_compared = bool(rows.stages) and overlay.arrows and session.playback.focus in (Focus.ROW, Focus.JOG)
     times = overlay.exaggeration
-    nominal = rows, ModelStage.NOMINAL, times, NOMINAL
+    nominal = rows, ModelStage.NOMINAL, times, colours.NOMINAL
     yield Item("errors/nominal", _arrows, nominal, shown=is_compared)
     is_other = is_compared and stage is not ModelStage.NOMINAL
-    yield Item("errors/calibrated", _arrows, (rows, stage, times, STAGE_COLOURS[stage]), shown=is_other)
+    shown = rows, stage, times, colours.STAGE_COLOURS[stage]
+    yield Item("errors/calibrated", _arrows, shown, shown=is_other)
     scale = rows, times, session.robot.reach
     yield Item("errors/sample", lambda *of: _sample(*of)[0], scale, shown=is_compared)
     yield Item("errors/sample_words", lambda *of: _sample(*of)[1], scale, shown=is_compared)
@@ -74,7 +67,7 @@ def error_scale(rows: Comparison) -> ErrorScale:
 
 def mark(radius: float, place: np.ndarray, opacity: float = 1.0) -> Mesh:
     """A yellow ball."""
-    return Mesh(solid=_ball(radius), colour=MARK, opacity=opacity, pose=se3.pose(np.eye(3), place))
+    return Mesh(solid=_ball(radius), colour=colours.MARK, opacity=opacity, pose=se3.pose(np.eye(3), place))
 
 
 def _points(rows: Comparison, stage: ModelStage, left_out: frozenset[int], held_out: bool) -> Points | None:
@@ -84,12 +77,12 @@ def _points(rows: Comparison, stage: ModelStage, left_out: frozenset[int], held_
     if not len(chosen):
         return None
     radius = max(SMALLEST, RADIUS * min(1.0, (FEW / max(int(known.sum()), 1)) ** 0.5))
-    colours = np.tile(np.array(FITTED, np.uint8), (len(chosen), 1))
+    inks = np.tile(np.array(colours.FITTED, np.uint8), (len(chosen), 1))
     if rows.stages:
-        colours = error_scale(rows).colours(rows.stage_errors[chosen, STAGES.index(stage)])
-    colours[np.isin(rows.number[chosen], list(left_out))] = EXCLUDED
+        inks = error_scale(rows).colours(rows.stage_errors[chosen, STAGES.index(stage)])
+    inks[np.isin(rows.number[chosen], list(left_out))] = colours.EXCLUDED
     places = rows.measured[chosen]
-    return Points(places=places, colours=colours, radius=radius, numbers=chosen, are_squares=held_out)
+    return Points(places=places, colours=inks, radius=radius, numbers=chosen, are_squares=held_out)
 
 
 def _set_apart(rows: Comparison, left_out: frozenset[int]) -> Points | None:
@@ -97,8 +90,8 @@ def _set_apart(rows: Comparison, left_out: frozenset[int]) -> Points | None:
     places = rows.measured[rows.set_apart & ~np.isin(rows.number, list(left_out))]
     if not (count := len(places := places[np.isfinite(places).all(1)])):
         return None
-    colours = np.tile(np.array(SET_APART, np.uint8), (count, 1))
-    return Points(places=places, colours=colours, radius=2.0 * RADIUS, numbers=np.full(count, -1))
+    inks = np.tile(np.array(colours.SET_APART, np.uint8), (count, 1))
+    return Points(places=places, colours=inks, radius=2.0 * RADIUS, numbers=np.full(count, -1))
 
 
 def _arrows(rows: Comparison, stage: ModelStage, times: float, colour: Colour) -> Arrows | None:
@@ -117,11 +110,11 @@ def _sample(rows: Comparison, times: float, reach: float) -> tuple[Arrows, Label
     """An upright arrow beside the base, on the right of the rows as one looks at the arm from there."""
     x, y = np.nanmean(rows.measured[:, :2], axis=0)
     start = SAMPLE_ASIDE * reach / max(float(np.hypot(x, y)), 1e-9) * np.array([y, -x, 0.0])
-    error = rounded(LONGEST_SAMPLE * reach / times, up=False)
+    error = colours.rounded(LONGEST_SAMPLE * reach / times, up=False)
     end = start + np.array([0.0, 0.0, times * error])
     below = start - np.array([0.0, 0.0, 0.05 * reach])  # what happened to the base has its words above
     words = Label(text=f"this long = {1e3 * error:g} mm", place=below)
-    return Arrows(starts=start[None], ends=end[None], colour=MARK, thick=2.0), words
+    return Arrows(starts=start[None], ends=end[None], colour=colours.MARK, thick=2.0), words
 
 
 @lru_cache(maxsize=4)

@@ -5,13 +5,11 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import cycle
-from typing import Any
 
 import numpy as np
 
 from workbench.base.assets import assets
 from workbench.base.wording import capital
-from workbench.diagnosis.report.document import budget_bars
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.numbers import compared
 from workbench.session.command import AbstractCommand
@@ -26,7 +24,7 @@ from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
-from workbench.session.stages import expected_elsewhere, stage_words, stages
+from workbench.session.stages import expected_elsewhere, learned, stage_words, stages
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -36,9 +34,6 @@ ROBOT, ROWS = "ur10", "ur10.csv"
 """A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
 TRACKER = 5e-5, 2.5e-4
 """Its noise at the plate [m], [rad]."""
-BARE: dict[str, Any] = {"points": False, "arrows": False}
-FULL: dict[str, Any] = {"points": True, "arrows": True}
-"""What is laid over the arm in the last picture, and afterwards."""
 DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
@@ -148,20 +143,15 @@ class Demo:
                 so_far = f"{capital(max(found, key=lambda name: found[name]))}: so it seems by now. {RULES}"
                 self._submit(SetCaption(so_far))
 
-    def _submit(self, command: AbstractCommand) -> None:
-        if self._stop.is_set():
-            return
-        self._mine = command
-        self._worker.submit(command)
-
-    def _leave(self) -> None:
-        """Take back a drag under way, remove the caption, and lay over the scene what its end took away."""
-        last: list[AbstractCommand] = [DropTarget(CLIENT, back=True), SetCaption("")]
-        if self.is_finished:
-            last.append(SetOverlay(replace(self._worker.session.choices.overlay, **FULL)))
-        for command in last:
+    def _submit(self, command: AbstractCommand, *, is_end: bool = False) -> None:
+        if is_end or not self._stop.is_set():
             self._mine = command
             self._worker.submit(command)
+
+    def _leave(self) -> None:
+        """Take back a drag under way, and remove the caption."""
+        self._submit(DropTarget(CLIENT, back=True), is_end=True)
+        self._submit(SetCaption(""), is_end=True)
 
 
 def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
@@ -212,11 +202,9 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         far = expected_elsewhere(session())
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
-    why = f"Geometry was off{f', {causes}' if causes else ''}{'' if found is None else _learned(found)}. "
+    why = f"Geometry was off{f', {causes}' if causes else ''}{_learned(found)}. "
     end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
-    yield DemoScene(
-        f"{why}{end}", (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, is_last=True
-    )
+    yield DemoScene(f"{why}{end}", seconds=1.0, is_last=True)
 
 
 def _found(session: Session, found: Diagnosis, causes: str) -> str:
@@ -227,13 +215,10 @@ def _found(session: Session, found: Diagnosis, causes: str) -> str:
     return f"{what}. With that, {before} mm fall to {after} mm."
 
 
-def _learned(found: Diagnosis) -> str:
-    """How much of what geometry leaves is only learned, by squares as the causes are added."""
-    if found.residual_map is None:
-        return ""
-    *named, learned, _ = (bar.value for bar in budget_bars(found).rows)
-    most = "most of " if learned**2 > sum(size**2 for size in named) else ""
-    return f"; a learned correction covers {most}the rest"
+def _learned(found: Diagnosis | None) -> str:
+    """How much of what geometry leaves is only learned."""
+    much = "" if found is None else learned(found)
+    return much and f"; a learned correction covers {much}"
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

@@ -16,6 +16,7 @@ import secrets
 import socket
 import warnings
 from collections.abc import Callable
+from functools import partial
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlencode, urlsplit
 
@@ -26,6 +27,8 @@ from workbench.base.errors import OptionError
 from workbench.views.page.style import configure_pages
 from workbench.views.page.viser_internals import served_by, set_by_its_own_thread, stop_server, without_tunnel
 
+PORT = 8090
+"""Default port, tried first."""
 LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
 KEY = "key"
@@ -108,6 +111,17 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0) -> LocalServer:
         )
     without_tunnel(server)
     return server
+
+
+def bound(host: str, port: int | None) -> viser.ViserServer:
+    """A server at a port; at the usual one, or any free one where that is taken, if None."""
+    bind = partial(local_server, host=host)
+    if port is not None:
+        return bind(port=port)
+    try:
+        return bind(port=PORT)
+    except OptionError:
+        return bind(port=0)
 
 
 def page_address(server: viser.ViserServer) -> str:

@@ -17,15 +17,11 @@ from typing import Any
 
 import viser
 
-from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes
 from workbench.base.threads import one_thread
 from workbench.views.page.html import block, text
-from workbench.views.page.local_server import LocalServer, local_server, page_address
+from workbench.views.page.local_server import LocalServer, bound, page_address
 from workbench.views.page.viser_internals import stop_server
-
-PORT = 8090
-"""Default port, tried first."""
 
 
 def serve(
@@ -107,17 +103,6 @@ def _content(data: Path) -> tuple[str, bytes]:
 
         return packed(data)
     return data.name, read_bytes(data, wanted="a measurement file")
-
-
-def bound(host: str, port: int | None) -> viser.ViserServer:
-    """A server at a port; at the usual one, or any free one where that is taken, if None."""
-    bind = partial(local_server, host=host)
-    if port is not None:
-        return bind(port=port)
-    try:
-        return bind(port=PORT)
-    except OptionError:
-        return bind(port=0)
 
 
 def _announce(server: viser.ViserServer, on_ready: Callable[[str], None] | None, open_browser: bool) -> None:

@@ -1,7 +1,7 @@
 """Recordings of sessions for the rerun viewer, and everything made from recordings.
 
 A recorder follows the session beside the journal and draws it; the journal stays the truth, from which the
-pictures can be drawn again. The layout of the viewer, the same for all steps, is in `blueprint.py`.
+pictures can be drawn again. The layout of the viewer, the same for all steps, is in `contents.py`.
 
 | path | what |
 |---|---|

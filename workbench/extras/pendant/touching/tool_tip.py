@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import final
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
@@ -44,7 +44,8 @@ class ToolTip(AbstractShown):
     Args:
         of: Touches of a point and their errors.
         xyz: The tip in the flange [m].
-        half: Half of the 95 % interval along each axis of the flange [m].
+        half: Half of the 95 % interval along each axis of the flange [m]; NaN along one that the arm can't
+            tilt, where the tip is as in its file.
         wanted: Required half width [m].
     """
 
@@ -65,33 +66,41 @@ class ToolTip(AbstractShown):
     @property
     def more(self) -> int:
         """How many more touches narrow the widest interval to the required one."""
-        return max(int(np.ceil(self.used * (self.half.max() / (self.wanted or USABLE)) ** 2)) - self.used, 0)
+        wider = np.nanmax(self.half) / (self.wanted or USABLE)
+        return max(int(np.ceil(self.used * wider**2)) - self.used, 0)
 
     @property
     def doubt(self) -> str:
         """Why the tip should not be used as it is; empty if it may be."""
         if self.of.scatter > shared.SCATTERED * self.of.robot.reach:
             return f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched"
-        widest, wanted = float(self.half.max()), self.wanted or USABLE
+        widest, wanted, known = float(np.nanmax(self.half)), self.wanted or USABLE, self._flange
         if widest <= wanted:
-            return ""
+            how = f"± {in_mm(known)} only, not ± {in_mm(wanted)}; use the tip with this file only"
+            return f"the flange itself is known to {how}" if self.wanted and known > wanted else ""
         remedy = f"add {max(self.more, 1)} touches in different orientations"
-        if widest > WEAK * self.half.min():
+        if widest > WEAK * np.nanmin(self.half):
             remedy = "tilt the tool more between touches, about all axes"
         if self.of.robot.calibration is None:
             remedy = f"calibrate the arm first, or {remedy}"
         return f"the tip is known to ± {in_mm(widest)} only, not ± {in_mm(wanted)}; {remedy}"
 
     @property
+    def _flange(self) -> float:
+        """How well the model's flange is known [m]."""
+        return 0.0 if (seen := self.of.robot.calibration) is None else seen.observed.flange.position
+
+    @property
     def sentence(self) -> str:
-        places = zip("xyz", 1e3 * self.xyz, 1e3 * self.half, strict=True)
-        parts = (f"{axis} {signed(value, 3)} ± {half:.3f}" for axis, value, half in places)
+        places = [*zip("xyz", 1e3 * self.xyz, 1e3 * self.half, strict=True)]
+        parts = (f"{axis} {signed(value, 3)} ± {half:.3f}" for axis, value, half in places if half == half)
+        still = (f"; {a} stays {signed(v, 3)} mm, as this arm can't tilt" for a, v, h in places if h != h)
         meet = f"{self.used} touches agree within {in_mm(self.of.scatter)}"
-        seen, where = self.of.robot.calibration, "in the flange (95 %)"
-        if seen is not None and seen.observed.flange.position > self.half.max():
-            known = f"this model's flange, itself uncertain by {in_mm(seen.observed.flange.position)}"
-            where = f"in {known}: use the tip with this file only"
-        return f"tip at {', '.join(parts)} mm {where}; {meet}"
+        known = (
+            f"this model's flange, itself uncertain by {in_mm(self._flange)}: use the tip with this file only"
+        )
+        where = f"in {known}" if self._flange > np.nanmax(self.half) else "in the flange (95 %)"
+        return f"tip at {', '.join(parts)} mm {where}; {meet}{''.join(still)}"
 
     def blocks(self) -> list[Block]:
         return self.of.blocks(self.sentence)
@@ -125,17 +134,17 @@ def tcp(
     given = every.take(np.sort(np.unique(repeats(every), return_index=True)[1]))
     again = [f"{plural(len(every) - len(given), 'row')} in the posture of another: one touch"]
     given = replace(given, notes=tuple(again[: len(every) - len(given)]))
-    at, points = shared.flanges(robot, given.q), _points(given)
+    at, points, still = shared.flanges(robot, given.q), _points(given), _untilted(robot)
     for rows in (every, given):
-        _check(rows, shared.flanges(robot, rows.q)[:, :3, :3].reshape(-1, 9), _points(rows))
-    solve = lambda rows: _solve(at[rows], points[rows])  # noqa: E731
+        _check(rows, shared.flanges(robot, rows.q)[:, :3, :3].reshape(-1, 9), _points(rows), still)
+    solve = lambda rows: _solve(at[rows], points[rows], still, robot.tool.xyz)  # noqa: E731
     solved, slipped = shared.solve_without_slipped(solve, len(given), given.source)
     tips, kept = se3.apply(at, solved.x[:3]), np.delete(np.arange(len(at)), slipped)
     missed = tips - points @ np.linalg.lstsq(points[kept], tips[kept], rcond=None)[0]
     return ToolTip(
         of=shared.TouchErrors(robot, given, np.linalg.norm(missed, axis=1), slipped),
         xyz=solved.x[:3],
-        half=solved.half[:3],
+        half=np.where(still, np.nan, solved.half[:3]),
         wanted=wanted,
     )
 
@@ -146,7 +155,15 @@ def _points(touches: Dataset) -> Float[np.ndarray, "rows points"]:
     return 1.0 * (names[:, None] == np.unique(names))
 
 
-def _check(touches: Dataset, turns: np.ndarray, points: np.ndarray) -> None:
+def _untilted(robot: Robot) -> Bool[np.ndarray, "3"]:
+    """The axis of the flange about which alone an arm turns it, as a SCARA does."""
+    low, high = robot.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (50, robot.dof))
+    turns = shared.flanges(robot, q)[:, :3, :3]
+    return np.asarray((turns - turns.mean(0)).std(0).max(0) < TILTED**2)
+
+
+def _check(touches: Dataset, turns: np.ndarray, points: np.ndarray, still: Bool[np.ndarray, "3"]) -> None:
     count, names = points.shape
     if count - names < MIN_TOUCHES - 1:
         many = f" of {names} points (if these name the rows, remove their column)" if names > 1 else ""
@@ -157,6 +174,8 @@ def _check(touches: Dataset, turns: np.ndarray, points: np.ndarray) -> None:
     how = "; tilt it by 30° or more about different axes"
     how += f", or head joints in rad q1[rad] … (all are within {small:.2g}°)" * bool(small < 2.0 * np.pi)
     minimum, why = TILTED * np.sqrt(count), "kept its orientation"
+    if still.any() and sizes[-2] >= minimum:
+        return
     if sizes[-1] < minimum <= sizes[-2]:
         axis = ", ".join(signed(v, 2) for v in axes[-1])
         why = f"was turned about one axis only, so the tip along ({axis}) of the flange can't be determined"
@@ -164,10 +183,14 @@ def _check(touches: Dataset, turns: np.ndarray, points: np.ndarray) -> None:
         raise DataError(f"{touches.source}: the tool {why}{how}")
 
 
-def _solve(at: np.ndarray, points: np.ndarray) -> shared.TouchSolution:
-    """The tip in the flange and the points in the base [m]."""
+def _solve(
+    at: np.ndarray, points: np.ndarray, still: Bool[np.ndarray, "3"], given: Float[np.ndarray, "3"]
+) -> shared.TouchSolution:
+    """The tip in the flange, as given along a still axis, and the points in the base [m]."""
     places = -np.einsum("nk,ij->nikj", points[:, points.any(0)], np.eye(3)).reshape(len(at), 3, -1)
     flat = np.concatenate([at[:, :3, :3], places], axis=2).reshape(3 * len(at), -1)
-    right = -at[:, :3, 3].ravel()
+    held = np.pad(np.where(still, given, 0.0), (0, flat.shape[1] - 3))
+    right = -at[:, :3, 3].ravel() - flat @ held
+    flat[:, :3] *= ~still
     x = np.linalg.lstsq(flat, right, rcond=None)[0]
-    return shared.TouchSolution(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))
+    return shared.TouchSolution(x + held, right - flat @ x, np.linalg.pinv(flat.T @ flat, hermitian=True))

@@ -93,7 +93,7 @@ class TouchSolution:
         if self.spare < 1:
             return np.full(len(self.covariance), np.inf)
         variance = max(float(self.left @ self.left), self.spare * EXACT_SCATTER**2) / self.spare
-        return special.stdtrit(self.spare, 0.975) * np.sqrt(variance * np.diag(self.covariance))
+        return special.stdtrit(self.spare, 0.975) * np.sqrt(variance * np.abs(np.diag(self.covariance)))
 
 
 def solve_without_slipped(

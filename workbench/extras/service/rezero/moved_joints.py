@@ -60,7 +60,7 @@ def rezero(
     *,
     noise: Like[NoiseLike] | None = None,
     frames: Sessions | str = Sessions.AUTO,
-    exclude: Excluded | None = None,
+    exclude: Like[Excluded] | None = None,
 ) -> Rezero:
     """Find which joint's zero moved since the last calibration, from few poses.
 

@@ -42,12 +42,14 @@ class Optimum:
         square: Whitened squared residuals there, those of the prior included.
         least: Noise below which no fit of few rows gets, as base, tool and lengths are known no better [m],
             [rad]; None: the noise was measured. Else it is what this fit leaves.
+        spent: Number of unknowns that were found beforehand.
     """
 
     problem: Problem
     x: Float[np.ndarray, " p"]
     square: float
     least: Float[np.ndarray, "2"] | None
+    spent: int = 0
 
     @classmethod
     def of(cls, problem: Problem, least: Float[np.ndarray, "2"] | None) -> "Optimum":
@@ -104,7 +106,7 @@ class Optimum:
     @cached_property
     def freedom(self) -> int:
         """Measured numbers beyond the unknowns of which nothing was known; 0 or less where none is left."""
-        return self.problem.count + int(self.known.sum()) - self.factor.rank
+        return self.problem.count + int(self.known.sum()) - self.factor.rank - self.spent
 
     @cached_property
     def mean_square(self) -> float:

@@ -24,6 +24,7 @@ SIMILAR_CAUSE = 1.5
 """Causes that leave less than this many times what the best leaves are alternatives to it."""
 WORST = 3
 """Rows that are left out in turn, the worst."""
+SCALE = "all lengths"
 ROWS_PER_WRONG_ONE = 5
 """Rows of which one may be wrong."""
 
@@ -41,6 +42,7 @@ def doubts(knowledge: LastCalibration, zeros: Optimum, *, far: bool = False) -> 
     tried = [(_times(zeros, fit, least, len(causes)), text, remedy) for text, remedy, fit in causes]
     if (best := max(ratio for ratio, *_ in tried)) > 0.0:
         alike = sorted((each for each in tried if SIMILAR_CAUSE * each[0] >= best), key=lambda t: -t[0])
+        alike = alike[: 1 if alike[0][1].startswith(SCALE) else None]  # one number tells it as well as many
         return tuple(f"{text}: zeros alone leave {r:.1f} times as much; {cure}" for r, text, cure in alike)
     noise = np.sqrt(zeros.mean_square) * (zeros.least is None)
     ratio = _times(zeros, zeros.freed(knowledge, knowledge.known.names), CLEARLY_WORSE)
@@ -75,6 +77,7 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, s
             fit = zeros.freed(knowledge, offsets, frames=replace(problem.frames, **freed))
             cure = f"set [{frame}] free = true in the robot's file"
             yield f"the {frame} is not where the file places it", cure, fit
+    yield from _scales(knowledge, zeros)
     square = np.bincount(problem.component_rows, problem.residual(zeros.x)[: problem.size] ** 2)
     for row in np.argsort(-square)[: WORST if len(problem.data) >= ROWS_PER_WRONG_ONE else 0]:
         progress(0.6, "other explanations")
@@ -83,3 +86,18 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, s
         page = f"exclude row {number} in the Calibrate tab"
         cure = f"measure it again, or {remedy(f'leave it out with --exclude {number}', page=page)}"
         yield f"row {number} does not fit the others", cure, zeros.freed(knowledge, offsets, data=others)
+
+
+def _scales(knowledge: LastCalibration, zeros: Optimum) -> Iterator[tuple[str, str, Optimum]]:
+    """That all lengths changed alike, by first order; nothing if positions weren't measured."""
+    problem, at = zeros.problem, zeros.problem.evaluate(zeros.x)
+    if (points := problem.data.position) is None:
+        return
+    longer = points - problem.robot_at(zeros.x).in_first_session.base.xyz
+    drawn = problem.again(data=replace(problem.data, position=points + longer)).residual(zeros.x)
+    more = np.pad(drawn - at.residual[: problem.size], (0, len(at.residual) - problem.size))
+    scale = np.linalg.lstsq(np.column_stack([at.jacobian, more]), at.residual, rcond=1e-12)[0][-1]
+    rows = replace(problem.data, position=points - scale * longer)
+    what = f"{SCALE} are {100.0 * abs(scale):.2g} % {'longer' if scale > 0.0 else 'shorter'} than calibrated"
+    cure = "is the arm warmer or colder, or the instrument's scale another? measure a known distance with it"
+    yield what, cure, replace(zeros.freed(knowledge, knowledge.robot.joint_offsets, data=rows), spent=1)

@@ -1,6 +1,7 @@
 """The diagnosis: the verdict, errors before and after, the candidates, and where to measure next."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import viser
 
@@ -34,7 +35,7 @@ class DiagnosePanel(AbstractPanel):
     depends = ("results.diagnosis", "results.accepted", "measurements", "is_idle", next_step, _suspects)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.html(lambda s: _suspected(_suspects(s)))
+        self.html(_suspected)
         self.html(_verdict)
         self.html(_details)
         self.download(
@@ -51,13 +52,14 @@ def _has_own_poses(session: Session) -> bool:
     return found is not None and len(found.measure_next) > 0 and POSES not in (step.next, step.other)
 
 
-def _suspected(found: Mapping[str, float] | None) -> str:
+def _suspected(session: Session) -> str:
     """The strongest suspects."""
-    ranked = sorted((found or {}).items(), key=lambda pair: -pair[1])[:SUSPECTS]
+    named, found = session.measurements.named, _suspects(session) or {}
+    ranked = sorted(found.items(), key=lambda pair: -pair[1])[:SUSPECTS]
     if not ranked:
         return ""
     share = 100.0 / max(ranked[0][1], 1e-9)
-    bars = [Bar(capital(name), round(share * gain), UNNAMED) for name, gain in ranked]
+    bars = [Bar(capital(named(name)), round(share * gain), UNNAMED) for name, gain in ranked]
     return block(
         heading("Suspects for what is left now, strongest 100 %") + Bars(bars, unit="%").svg(),
         testid="suspects",
@@ -77,11 +79,13 @@ def _verdict(session: Session) -> str:
     if (found := session.results.diagnosis) is None:
         return ""
     added = "; now part of the model" if session.results.accepted else ""
-    bars = document.budget_bars(found)
+    bars, named = document.budget_bars(found), session.measurements.named
+    bars = replace(bars, rows=[replace(bar, name=named(bar.name)) for bar in bars.rows])
     head = heading(f"{capital(found.verdict_text)}{added}" + (bars.title and f". {bars.title}"))
     other = [Sentence(weighed(session, found), tone=Tone.QUIET)] if found.effects else []  # else it is shown
     why: list[Block] = [Sentence(found.message), *other]
     why += (b for part in (document.causes, document.effects, document.remarks) for b in part(found))
     read = () if session.measurements.loaded is None else session.measurements.loaded.notes  # said there
     why = [b for b in why if not (isinstance(b, Sentence) and b.text in read)]
+    why = [replace(b, text=named(b.text)) if isinstance(b, Sentence) else b for b in why]
     return block(f"{head}{bars.svg()}{folded('Why?', as_html(why))}", testid="verdict")

@@ -3,21 +3,14 @@
 import numpy as np
 import viser
 
+from workbench.arm.urdf import BASE_LINK
 from workbench.base.wording import capital
 from workbench.data.accuracy_requirement import Wanted
 from workbench.exports import FORMS, AbstractForm
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.run import file_notes, judging_text, sizes
 from workbench.report.numbers import compared
-from workbench.session.export import (
-    calibrated_toml,
-    calibrated_urdf,
-    exported_as,
-    fixture_zip,
-    measurements_csv,
-    plate_toml,
-    report_zip,
-)
+from workbench.session import export
 from workbench.session.page_state import Tab
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, GOOD, MUTED, block, bullets, folded, heading, text
@@ -29,7 +22,8 @@ FORMATS = (
 )
 OTHER_FORMS = "Those of 'export --for' that suit an arm of so many joints."
 OTHER = "Its difference from the calibrated arm, and what it can't hold, are shown when it is saved."
-SAVED = {"URDF": calibrated_urdf, "TOML": calibrated_toml, "Report": report_zip}
+ROOT = f"a URDF's root '{BASE_LINK}' is the instrument's frame: mount the arm by the link below it"
+SAVED = {"URDF": export.calibrated_urdf, "TOML": export.calibrated_toml, "Report": export.report_zip}
 
 
 def _errors(session: Session) -> str:
@@ -48,7 +42,7 @@ def _errors(session: Session) -> str:
         for name, what in holds.items()
         if name in errors
     )
-    notes = folded("About these files", bullets(text(capital(note)) for note in file_notes(run)))
+    notes = folded("About these files", bullets(text(capital(note)) for note in (*file_notes(run), ROOT)))
     content = heading(f"Mean error of each file on {judging_text(run)}") + "".join(lines) + notes
     return block(content, testid="file-errors", style="margin:2px 0 6px")
 
@@ -92,14 +86,14 @@ class FilesPanel(AbstractPanel):
             save = lambda event: self.save(event, SAVED[event.target.value])  # noqa: E731
             self.press_one("Save", SAVED, save, FORMATS)
             form = self.dropdown("Other format", _forms, OTHER_FORMS)
-            save_in = lambda event: self.save(event, exported_as(form.typed), is_arm=True)  # noqa: E731
+            save_in = lambda event: self.save(event, export.exported_as(form.typed), is_arm=True)  # noqa: E731
             self.press("Save in this format", save_in, viser.Icon.DOWNLOAD, OTHER)
         with gui.add_folder("Plate and measurements"):
-            self.download("Plate to make (ZIP)", fixture_zip, PARTS)
-            self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
+            self.download("Plate to make (ZIP)", export.fixture_zip, PARTS)
+            self.download("Plate (TOML)", export.plate_toml, "The plate with its targets and its region.")
             self.download(
                 "Measurements (CSV)",
-                measurements_csv,
+                export.measurements_csv,
                 "One row per line, with units.",
                 disabled=lambda s: s.measurements.loaded is None,
             )

@@ -1,6 +1,5 @@
 """Calibration: identify, diagnose, add what was found; the result, and what stands behind it."""
 
-import re
 from collections.abc import Callable
 
 import viser
@@ -14,10 +13,9 @@ from workbench.report.result_display import as_html
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify, SetLevelled
-from workbench.session.judgement import arm_judgement
 from workbench.session.next_step import BEYOND_NOISE
 from workbench.session.page_state import Tab
-from workbench.session.stages import share_of_noise
+from workbench.session.stages import arm_judgement, share_of_noise
 from workbench.session.state import Session
 from workbench.views.page.html import CAREFUL, INKS, block, bullets, folded, text
 from workbench.views.page.panels.form import Control, Make, Shown
@@ -38,8 +36,6 @@ LEVELLED = (
     "direction of gravity."
 )
 IF_NOISE = "± of the constants hold if the error that is left is noise; find its cause first."
-ROWS = re.compile(r"(?<=\brow )\d+|(?<=\brows )\d+(?=[ ,])|(?<=[\d)], )\d+(?= \(|, \d|;| the)")
-"""Numbers of rows in a sentence, as in `row 22` and `rows 3, 17 (off by 2 mm)`."""
 SEEN, MAX_OUT = 2, 8
 """Warnings that are not folded, and rows that are named in one."""
 
@@ -126,15 +122,12 @@ def _requirement(session: Session) -> str:
 
 def _warnings(found: Identification, session: Session) -> str:
     """Rows that are not fitted, and the first warnings, which name wrong ones; folded, what more there is."""
-    said, name = {outlier.row for outlier in found.outliers}, session.measurements.row_name
+    said = {outlier.row for outlier in found.outliers}
     out = [f"{row} ({why})" for row, why in found.excluded if row not in said]
     first = [f"not fitted: data row{'s' * (len(out) > 1)} {first_of(out, MAX_OUT)}"] if out else []
     kept = [c.text for c in found.best.fit.weakly_observable]  # among the details: nothing is to be done
     told = (one for one in (*first, *found.warnings) if not any(text in one for text in kept))
-    loaded = session.measurements.loaded
-    counted = f" ({loaded.dataset.counted})" if loaded is not None and loaded.counter is not None else ""
-    named = (ROWS.sub(lambda row: name(int(row[0])), one.replace(counted, "")) for one in told)
-    style, listed = f"margin:0;color:{CAREFUL}", [text(one) for one in named]
+    style, listed = f"margin:0;color:{CAREFUL}", [text(session.measurements.named(one)) for one in told]
     seen, more = (bullets(part, style=style) for part in (listed[:SEEN], listed[SEEN:]))
     return seen and block(seen + folded(plural(len(listed) - SEEN, "more warning"), more), testid="warnings")
 

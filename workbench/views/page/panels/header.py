@@ -15,10 +15,10 @@ from workbench.session.page_state import PASSING, Message, RunningJob, Severity,
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.measured import error_scale
-from workbench.views.drawables.viewpoint import title
+from workbench.views.drawables.scene_contents import title
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.form import Control
-from workbench.views.page.panels.legend import colour_bar, has_errors, things
+from workbench.views.page.panels.legend import colour_bar, cubes_scale, has_errors, things
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.style import CAPTION, MESSAGE
 
@@ -212,10 +212,11 @@ class CaptionPanel(AbstractPanel):
             figure = text(next_step(session).figure)
             number = figure and f'<div data-testid="figure-now" class="figure">{figure}</div>'
             content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
-            overlay, rows = session.choices.overlay, session.results.comparison
-            times = f"errors × {overlay.exaggeration:g}" * has_errors(session)
-            is_coloured = rows is not None and rows.stages and overlay.points
-            scale = colour_bar(error_scale(rows)) if is_coloured else ""
+            times = f"errors × {session.choices.overlay.exaggeration:g}" * has_errors(session)
+            rows = session.seen_rows
+            scale = (
+                colour_bar(error_scale(rows)) if rows is not None and rows.stages else cubes_scale(session)
+            )
             key = f'<div class="phone">{things(session)}{times}{scale}</div>'
             said = f"{number}{content}{key}{way_out}" if session.page.caption else key
             return f"<div {CAPTION}>{said}</div>"

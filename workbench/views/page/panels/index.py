@@ -25,7 +25,7 @@ INDEX = INDICES["O"]
 OBSERVABILITY = (
     f"How evenly the targets tell all constants of the arm, 0 (some not at all) to 1: {INDEX.meaning}."
 )
-OTHERWISE = "The error decides: O also counts constants that this region doesn't need."
+OTHERWISE = "The error decides: O counts more than this region needs."
 """Where the one gets better and the other worse."""
 TRACE = 60
 """Places of a drag that its curves have at most."""
@@ -122,7 +122,7 @@ def _about(session: Session) -> str:
     length = np.sqrt(3.0) * session.noise.position
     times = error / length
     share = "Below" if times < 1.0 else f"{compared(times, 2)} ×"
-    reading = f"{compared(1e3 * session.noise.position)} mm per axis, {compared(1e3 * length)} mm in all"
+    reading = f"{compared(1e3 * length)} mm, {compared(1e3 * session.noise.position)} per axis"
     return f"{share} the error of one reading ({reading})"
 
 

@@ -9,29 +9,14 @@ import viser
 from workbench.report.numbers import compared
 from workbench.session.comparison import MAX_TIMES, STAGES, Comparison, ModelStage
 from workbench.session.cube_fields import are_shown, drawn_field, inputs
-from workbench.session.real_arm import bending_robot
 from workbench.session.stages import shown_stage, stage_words
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import (
-    BLOCKED,
-    BRANCH,
-    CALIBRATED,
-    EXCLUDED,
-    FITTED,
-    JOINT,
-    MARK,
-    NOMINAL,
-    OUT_OF_REACH,
-    REACHED,
-    SELECTED,
-    SET_APART,
-    ErrorScale,
-    css,
-    gradient,
-)
+from workbench.views.appearance import colours
+from workbench.views.appearance.colours import ErrorScale, css, gradient
 from workbench.views.drawables.arms import model_and_real
 from workbench.views.drawables.measured import error_scale
-from workbench.views.drawables.viewpoint import first_view
+from workbench.views.drawables.real_arm import bending_robot
+from workbench.views.drawables.scene_contents import first_view
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.form import Control
 from workbench.views.page.panels.panel import AbstractPanel
@@ -84,8 +69,8 @@ class LegendPanel(AbstractPanel):
         }
 
     def _key(self, session: Session) -> str:
-        rows, scales, is_on = session.results.comparison, cubes_scale(session), session.choices.overlay.points
-        if is_on and rows is not None and rows.stages:  # two scales of the same colours each need a name
+        rows, scales = session.seen_rows, cubes_scale(session)
+        if rows is not None and rows.stages:  # two scales of the same colours each need a name
             named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
             scales += named + points(session, rows, self._links)
         content = scales + things(session)
@@ -111,7 +96,10 @@ def cubes_scale(session: Session) -> str:
     first, last = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
     ends = (0.0, first), (100.0, f"{last} {text(field.unit)}")
     shown = colour_scale(ends, larger_is_better=is_better)
-    return f'<div title="Grey: no value.">{text(field.title)}</div>{shown}'
+    grey = "no value" if field.is_signed else "not reached"
+    kinds = {"not bounded": (colours.UNBOUNDED, np.isinf), grey: (colours.NO_VALUE, np.isnan)}
+    beside = {name: css(ink) for name, (ink, is_so) in kinds.items() if is_so(numbers.numbers).any()}
+    return f"<div>{text(field.title)}</div>{shown}{named(beside)}"
 
 
 def colour_scale(ticks: Iterable[tuple[float, str]], *, larger_is_better: bool = False) -> str:
@@ -129,26 +117,27 @@ def colour_scale(ticks: Iterable[tuple[float, str]], *, larger_is_better: bool =
 
 def things(session: Session) -> str:
     """Colours of what stands and moves in the scene."""
-    overlay, focus, rows = session.choices.overlay, session.playback.focus, session.results.comparison
-    has_plate, rows = session.shows_plate, rows if overlay.points else None
-    is_bent = has_errors(session)
+    overlay, focus, rows = session.choices.overlay, session.playback.focus, session.seen_rows
+    has_plate, is_bent = session.shows_plate, has_errors(session)
     marks = (
-        ("measured", FITTED, rows is not None and not rows.stages),
-        ("target", REACHED, has_plate),
-        ("selected", SELECTED, has_plate),
-        ("out of reach", OUT_OF_REACH, has_plate and any(not s.reached for s in session.states)),
-        ("blocked", BLOCKED, has_plate and any(s.reached and s.hit for s in session.states)),
-        ("model", JOINT, is_bent),
-        ("real arm", CALIBRATED, is_bent),
-        ("nominal error", NOMINAL, is_bent and overlay.arrows and focus in (Focus.ROW, Focus.JOG)),
-        ("other branches", BRANCH, overlay.ghosts and focus is Focus.TARGET),
+        ("measured", colours.FITTED, rows is not None and not rows.stages),
+        ("target", colours.REACHED, has_plate),
+        ("selected", colours.SELECTED, has_plate),
+        ("out of reach", colours.OUT_OF_REACH, has_plate and any(not s.reached for s in session.states)),
+        ("blocked", colours.BLOCKED, has_plate and any(s.reached and s.hit for s in session.states)),
+        ("model", colours.JOINT, is_bent),
+        ("real arm", colours.CALIBRATED, is_bent),
+        ("nominal error", colours.NOMINAL, is_bent and overlay.arrows and focus in (Focus.ROW, Focus.JOG)),
+        ("other branches", colours.BRANCH, overlay.ghosts and focus is Focus.TARGET),
     )
-    style = "white-space:nowrap;margin-right:10px"
-    seen = ((label, colour) for label, colour, is_seen in marks if is_seen)
-    content = "".join(
-        f'<span style="{style}">{badge("", css(colour))}{label}</span> ' for label, colour in seen
-    )
+    content = named({label: css(colour) for label, colour, is_seen in marks if is_seen})
     return content and f'<span data-testid="things">{content}</span>'
+
+
+def named(inks: Mapping[str, str]) -> str:
+    """Dots of these colours, each with what it means."""
+    style = "white-space:nowrap;margin-right:10px"
+    return "".join(f'<span style="{style}">{badge("", ink)}{name}</span> ' for name, ink in inks.items())
 
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
@@ -181,9 +170,9 @@ def colour_bar(scale: ErrorScale) -> str:
 def marks(rows: Comparison, left_out: frozenset[int]) -> str:
     """What round and square points are, and that they answer to a click."""
     kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
-    grey = f' <span style="color:{css(EXCLUDED)}">●</span> excluded' if left_out else ""
+    grey = f' <span style="color:{css(colours.EXCLUDED)}">●</span> excluded' if left_out else ""
     if count := len({*rows.number[rows.set_apart].tolist()} - left_out):
-        grey += f' <span style="color:{css(SET_APART)}">●</span> {count} that no arm explains'
+        grey += f' <span style="color:{css(colours.SET_APART)}">●</span> {count} that no arm explains'
     return f'<div style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
 
 
@@ -197,5 +186,5 @@ def row_errors(session: Session, rows: Comparison, words: Mapping[ModelStage, st
     known = [f"{compared(error)} mm {name}" for name, error in each if np.isfinite(error)]
     errors = ", ".join(known) or "no position was measured"
     counted = "from 0; " * (name == f"{number}")
-    content = f"{badge('', css(MARK))}<b>Data row {text(name)}</b> ({counted}{kind}): {errors}"
+    content = f"{badge('', css(colours.MARK))}<b>Data row {text(name)}</b> ({counted}{kind}): {errors}"
     return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'

@@ -27,7 +27,7 @@ PURPOSE = (
     "the arm on it, identify its actual geometry, and find the errors that geometry can't explain."
 )
 """What the program is for."""
-INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores the current state."
+INTRODUCTION = "Nothing is final: every tab stays available, and Undo takes any step back."
 ROWS = Door("A robot and measurements", viser.Icon.DATABASE, Identify)
 DEMO = "Play the demo"
 ALONE = "Choose the robot: you get a plate with ten targets in front of it, to be optimised and manufactured."

@@ -13,8 +13,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import GRID
-from workbench.views.drawables.scene_contents import items
-from workbench.views.drawables.viewpoint import first_view, occasion
+from workbench.views.drawables.scene_contents import first_view, items, occasion
 from workbench.views.page.scene.gizmo import Gizmo, Slice
 from workbench.views.page.scene.viser_sink import PageSink
 from workbench.views.page.style import name_pages

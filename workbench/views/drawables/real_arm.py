@@ -14,22 +14,10 @@ from workbench.arm.statics.deflection import deflect
 from workbench.arm.usable_arm import divided
 from workbench.base import se3
 from workbench.base.types import Matrix4
-from workbench.session.comparison import MAX_TIMES, MIN_TIMES
 from workbench.session.state import Session
 
-SHARE_OF_REACH = 0.05
-"""Share of the reach by which the nominal arm's mean error is drawn at first."""
 MAX_IDLE = 0.1
 """Largest drawn turn that leaves the tool where it is [rad]."""
-
-
-def times_for(errors: Float[np.ndarray, " rows"], reach: float) -> float:
-    """The factor at which the mean of these errors [m] is drawn as 5 % of the reach, to two digits."""
-    known = errors[np.isfinite(errors)]
-    mean = float(known.mean()) if len(known) else 0.0
-    if mean <= SHARE_OF_REACH * reach / MAX_TIMES:
-        return MAX_TIMES
-    return max(float(f"{SHARE_OF_REACH * reach / mean:.2g}"), MIN_TIMES)
 
 
 def bending_robot(session: Session) -> Robot | None:
