@@ -45,3 +45,7 @@ def test_groups_and_sessions():
     assert repeats_text(data) == "6 poses, 2 readings each"
     assert repeats_text(data.take([0, 1, 2, 4])) == "3 poses, 1 to 2 readings each"
     assert not repeats_text(data.take([0, 2]))
+
+
+def test_readings_of_one_place_are_one_posture_whatever_their_distances():
+    assert not postures(np.outer([0.0, 0.0, 5e-5, 5e-5, 1e-4, 1.5e-4], np.ones(6))).any()

@@ -10,7 +10,7 @@ from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.errors import DataError, FileError, WorkbenchError
 from workbench.data.readers import read_measurements
 from workbench.data.readers.column_meanings import unread_text
-from workbench.data.readers.headings import meaning
+from workbench.data.readers.headings import meaning, number_in
 from workbench.data.readers.read import read_fields
 
 SPOTS, H = ("A", "B", "C"), np.pi / 2
@@ -238,7 +238,7 @@ JOINTS = [f"q{k}[rad]" for k in range(1, 7)]
 
 def named_table(path, *heads, words=()):
     """Rows under strangers' headings, words in the last column."""
-    rows = np.hstack([POSTURES, POSTURES[:, 6:]]).astype(str).tolist()
+    rows = np.hstack([POSTURES, *[POSTURES[:, 6:]] * 2]).astype(str).tolist()
     ends = [[*row[: len(heads) - bool(words)], *words[k : k + 1]] for k, row in enumerate(rows)]
     path.write_text("\n".join(map(",".join, [heads, *ends])))
     return path
@@ -251,6 +251,7 @@ def named_table(path, *heads, words=()):
         ([*(f"Unión {k} [radianes]" for k in range(6)), *(f"Posición {a} [mm]" for a in "XYZ")], "position"),
         ([*(f"Glied {k} [rad]" for k in range(1, 7)), *(f"measured_mm_{a}" for a in "xyz")], "position"),
         ([*(f"measuredJointPosition[{k}]" for k in range(6)), *(f"{a} (мм)" for a in "XYZ")], "position"),
+        ([*JOINTS, *(f"Reflector {m} {a} (mm)" for m in "ABC" for a in "XYZ")], "markers"),
         ([*JOINTS, *(f"P{k}.{a} (mm)" for k in (1, 2) for a in "XYZ")], None),
         ([*JOINTS, "Length_mm", "Ball"], "distance"),
     ],
@@ -264,9 +265,36 @@ def test_headings_of_any_language_are_told_by_units_and_each_other(tmp_path, hea
         return
     data = read_measurements(path)
     assert data.q == pytest.approx(POSTURES[:, :6])
-    read = np.reshape(getattr(data, seen), (12, -1))
+    read = np.reshape(getattr(data, seen), (12, -1))[:, :3]
     assert read == pytest.approx(1e-3 * POSTURES[:, 6 : 6 + read.shape[1]])
     assert not words or data.anchor.tolist() == words
+
+
+@pytest.mark.parametrize("above", [",".join(map(str, ["Pose", *range(12)])), "Report of the hall"])
+def test_headings_in_the_first_column_are_read(tmp_path, above):
+    path = named_table(tmp_path / "t.csv", *JOINTS, "x[mm]", "y[mm]", "z[mm]")
+    lines = zip(*(line.split(",") for line in path.read_text().split("\n")), strict=True)
+    path.write_text("\n".join([above, *map(",".join, lines)]))
+    assert read_measurements(path).q == pytest.approx(POSTURES[:, :6])
+
+
+def test_a_lone_temperature_is_known_by_its_unit(tmp_path):
+    path = named_table(tmp_path / "t.csv", "Arm unten (°C)", *JOINTS[:5], "x[mm]", "y[mm]", "z[mm]")
+    assert read_measurements(path).temperature == pytest.approx(POSTURES[:, 0])
+
+
+def test_joints_without_a_column_of_directions_have_none(tmp_path):
+    """The one that has was 'missing in some rows'."""
+    (tmp_path / "t.csv").write_text("q1[rad],q2[rad],x[m],y[m],z[m],direction2\n0,0,1,0,0,1\n1,1,0,1,0,-1\n")
+    assert read_measurements(tmp_path / "t.csv").direction.tolist() == [[0, 1], [0, -1]]
+
+
+def test_exponents_of_fortran_and_web_pages_are_told(tmp_path):
+    assert [*map(number_in, ("-2.5D-01", "2d+2"))] == [-0.25, 200.0]
+    assert np.isnan(number_in("12D3"))
+    (tmp_path / "t.xls").write_text("<html><body><table><tr><th>q1[deg]</th></tr></table></body></html>")
+    with refuses(FileError, "a web page"):
+        read_measurements(tmp_path / "t.xls")
 
 
 def test_humps_part_words_but_none_that_is_known():
@@ -276,6 +304,8 @@ def test_humps_part_words_but_none_that_is_known():
 def test_of_two_sets_of_one_numbering_the_first_is_named():
     sets = {f"{name}{k}": ["0.1", "0.2", "0.4"] for name in ("mp", "mt") for k in range(1, 7)}
     assert "q1=mp1,q2=mp2" in unread_text(sets, "q1", 6)
+    beside = dict.fromkeys(("Pose ID", "E [rad]", "U95 [m]"), sets["mp1"])  # none but E is an angle
+    assert "'q4=E' or 'q1=E,q2=S,q3=L,q4=U'" in unread_text(beside, "q4", 1, "SLU")
 
 
 @pytest.mark.parametrize(
@@ -287,6 +317,7 @@ def test_of_two_sets_of_one_numbering_the_first_is_named():
         ([*JOINTS, *(f"{cam} {a} [mm]" for cam in ("left", "right") for a in "XYZ")]),
         (["one", "two", "three", "four", "five", "six", "x[mm]", "y[mm]", "z[mm]"]),
         (["E1", *(f"A{k}" for k in range(1, 6)), "x[mm]", "y[mm]", "z[mm]"]),
+        ([*JOINTS, "x[mm]", "y[mm]", "z[mm]", "Nick [deg]", "Roll[deg]"]),
     ],
 )
 def test_who_follows_an_advice_is_not_refused_again(tmp_path, heads):

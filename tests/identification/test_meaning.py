@@ -15,6 +15,7 @@ from slow import slow
 
 from workbench import Dataset, Frame, Robot, evaluate, identify, load_plate, load_robot, measure_plate, rezero
 from workbench.arm.inverse.solve import Task, follow_many
+from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.signs_and_offsets import with_couplings
 from workbench.base.errors import DataError, OptionError, UnitError
 from workbench.data.orientations import ORIENTATIONS, WrittenOrientation
@@ -89,6 +90,12 @@ def test_orientations_are_read_in_their_convention(kind):
         ("puma", True, lambda d: replace(d, position=-d.position), "and orientations with them"),
         ("seven", True, lambda d: replace(d, position=-d.position), "joint 7 = -q7: 1.3 mm"),
         ("puma", False, lambda d: replace(d, q=motors(d.q, 4, 1.0)), "joint 6 = 0.5 q6 - 0.5 q5"),
+        (
+            "puma",
+            True,
+            lambda d: replace(d, q=d.q + d.q @ np.eye(6, k=1) * [0, 0, 0, 0, 1, 1]),
+            "q6 + q4 - q5",
+        ),
         ("seven", False, lambda d: replace(d, q=motors(d.q, 4, 0.5)), "joint 6 = q6 - q5"),
         ("cobot", True, lambda d: replace(d, q=d.q - 0.536 * d.q[:, [5]] * E[4]), "joint 5 = q5 + 0.5368 q6"),
         ("puma", False, lambda d: replace(d, q=d.q + H * E[1] + d.q[:, [1]] * E[2]), "joint 3 = q3 - q2 +"),
@@ -292,6 +299,14 @@ def test_one_constant_of_the_table_is_named_where_nothing_else_fits(constant, by
     rows = as_read(wrong, data)[1]
     assert mentions(rows.notes[-1], constant, "instead of", "they fit to")
     assert not read_rows(robot, data).told
+
+
+@pytest.mark.parametrize("name", ["puma", "scara"])
+def test_a_table_in_the_other_convention_is_named(name):
+    robot, data = measured(name, with_rotation=False)
+    joints = robot_to_table(robot)["joint"]
+    with refuses(DataError, 'write convention = "dh" in the robot'):
+        identify(Robot.from_dh(joints, "craig"), data)
 
 
 @pytest.mark.parametrize("seed", [1, 8, 14, 22, 26, 29])

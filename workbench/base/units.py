@@ -37,7 +37,7 @@ EXAMPLES |= {Quantity.NUMBER: "nothing"}
 # gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
 ALIASES = {
     **dict.fromkeys(("Grad", "Deg", "DEG", "grados", "Grados", "gradi", "degrés", "degré", "度"), "degree"),
-    **dict.fromkeys(("derece", "град", "도"), "degree"),
+    **dict.fromkeys(("derece", "graus", "град", "도"), "degree"),
     **dict.fromkeys(("Rad", "RAD", "radianes", "radianti", "弧度"), "radian"),
     "rev": "turn",
     **dict(zip(("MM", "мм", "см", "м"), ("mm", "mm", "cm", "m"), strict=True)),

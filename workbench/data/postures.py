@@ -32,6 +32,8 @@ def postures(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
     """Number of each row's posture, in no particular order, from joint positions [rad or m]."""
     from scipy.spatial import cKDTree
 
+    if len(q) and np.ptp(q, axis=0).max(initial=0.0) < MAX_SCATTER:  # whatever their distances
+        return np.zeros(len(q), int)
     rounded = np.round(q / EQUAL)
     row, first = equal_rows(rounded)
     if len(first) < 2:

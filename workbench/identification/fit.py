@@ -145,11 +145,8 @@ class Fit(AbstractReported):
             found = covariance(self.problem, self.x, self.factor.root, self.actual)
         else:
             found = self.factor.covariance() * self.variance_factor
-        unseen = np.hstack([self.factor.null_space, self.factor.weak])
-        if unseen.size and self.problem.sees_base:
-            of_frames = [p.name.startswith(OF_FRAMES) for p in self.parameters]
-            unseen = unseen[:, np.linalg.norm(unseen[of_frames], axis=0) > OF_FRAMES_ALONE]
-            wide = WEAKLY_OBSERVABLE * self.factor.units[:, None] * unseen
+        if self._adrift.size and self.problem.sees_base:
+            wide = WEAKLY_OBSERVABLE * self.factor.units[:, None] * self._adrift
             found = found + wide @ wide.T
         if self.considered is None:
             return found
@@ -188,6 +185,18 @@ class Fit(AbstractReported):
         """Combinations that are too weakly observable to identify; they too were kept near nominal."""
         return combinations(self.rows_factor.weak, self.parameters)
 
+    @cached_property
+    def _adrift(self) -> Float[np.ndarray, "p n"]:
+        """Directions [natural units] of base and tool that neither rows nor expected constants hold."""
+        unseen = np.hstack([self.factor.null_space, self.factor.weak])
+        of_frames = [p.name.startswith(OF_FRAMES) for p in self.parameters]
+        return unseen[:, np.linalg.norm(unseen[of_frames], axis=0) > OF_FRAMES_ALONE]
+
+    @property
+    def adrift(self) -> tuple[Combination, ...]:
+        """Combinations of base and tool that may be anywhere, and are kept where the search began."""
+        return combinations(self._adrift, self.parameters) if self.problem.deviation is not None else ()
+
     @property
     @beside("cautions about the fit", ())
     def cautions(self) -> tuple[str, ...]:
@@ -198,6 +207,10 @@ class Fit(AbstractReported):
         if self.weakly_observable:
             hidden = "; ".join(c.text for c in self.weakly_observable)
             found.append(f"barely observable, kept near nominal: {hidden}")
+        if self.adrift:
+            open_ = "; ".join(c.text for c in self.adrift)
+            how = "turn joints about other axes, too, or give base or tool in the robot's file"
+            found.append(f"open by any length, and kept where the search began: {open_}; {how}")
         return tuple(found)
 
     @cached_property

@@ -338,11 +338,10 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
         if mine.any():
             kinds.append((kind, np.flatnonzero(mine)))
     if left.any():
-        raise DataError(
-            f"{data.source}, data row {data.row[left][0]}: nothing that can be compared with a pose was "
-            "measured (position, orientation, markers, distance, contact or tilt); exclude the row",
-            row=int(data.row[left][0]),
-        )
+        row, wanted = int(data.row[left][0]), "position, markers, distance, contact or tilt"
+        text = f"nothing to compare with a pose was measured ({wanted}) in data row {row}; exclude it"
+        text = f"orientations alone tell no lengths: add {wanted}" if left.all() else text
+        raise DataError(f"{data.source}: {text}", row=row)
     return kinds
 
 

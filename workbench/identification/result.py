@@ -212,8 +212,11 @@ class Identification(AbstractReported, AbstractSplit):
     @cached_property
     @beside("whether the rows fit the arm", "")
     def foreign(self) -> str:
-        """That the rows are not the nominal arm's; empty if they are, or its errors too small for a check."""
-        if not self.nominal.judged.position_mm.median > 1e3 * FITS * self.nominal_robot.reach:
+        """That the rows are not the nominal arm's; empty if they are, or its errors too small for a check, or
+        events explain them."""
+        before, after = (each.position_mm.median for each in self.error)
+        is_told = bool(self.best.saved.events) and after < SOME * before
+        if is_told or not before > 1e3 * FITS * self.nominal_robot.reach:
             return ""
         match = arm_match(self.nominal_robot, self.data)
         return match.text if match.is_foreign else ""

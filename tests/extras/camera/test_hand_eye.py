@@ -139,6 +139,9 @@ FILES["vectors.txt"] = lambda *sides: lines_of(
     np.hstack([part for side in sides for part in rvec_tvec(side)])
 )
 FILES["records.json"] = lambda *both: json.dumps([*records(*both)])
+FILES["markers.json"] = lambda *both: json.dumps(
+    [{"aruco": [{"id": 7, **own.pop("board_detection")}], **own} for own in records(*both)]
+)
 BOTH = {"Joint Dataset": [[0.1] * 6] * 15}
 FILES["log.json"] = lambda *both: json.dumps({**BOTH, "Transform Dataset": np.stack(both, axis=1).tolist()})
 
@@ -262,6 +265,13 @@ def stacks(folder, hands, seen):
         (folder / f"{name}.txt").write_text(f"{len(side)}\n\n{lines_of(side.reshape(-1, 4), ' ')}")
 
 
+def printed(folder, hands, seen):
+    """As MATLAB shows arrays."""
+    for name, side in (("robot", hands), ("board", seen)):
+        pages = (f"\r\nval(:,:,{k}) =\r\n\r\n{lines_of(pose, '   ')}\r\n" for k, pose in enumerate(side, 1))
+        (folder / f"{name}.txt").write_text("".join(pages))
+
+
 def one_stack(folder, hands, seen):
     (folder / "all.txt").write_text(lines_of(np.stack([hands, seen], axis=1).reshape(-1, 4), " "))
 
@@ -275,7 +285,7 @@ def timed(folder, hands, seen):
         np.savetxt(folder / f"{name}.csv", table, delimiter=",", header=head, comments="")
 
 
-@pytest.mark.parametrize("layout", [*FILES, arrays_each, stacks, one_stack, timed])
+@pytest.mark.parametrize("layout", [*FILES, arrays_each, stacks, printed, one_stack, timed])
 def test_every_file_or_folder_gives_the_camera_on_the_hand(tmp_path, layout):
     if layout in FILES:
         (tmp_path / layout).write_text(FILES[layout](*pairs()))
@@ -559,6 +569,11 @@ def test_wrong_files_and_mounts_are_refused(tmp_path):
         np.savetxt(tmp_path / f"robot{k}.txt", hands[k])
     with refuses(FileError, "plain chessboard"):
         handeye(tmp_path)
+    (tmp_path / "robot.txt").write_text("1 0 0\nval 1 0 0 0\n")
+    (tmp_path / "tag.txt").write_text(lines_of(seen[0], " "))
+    with refuses(FileError, "no pose of the robot") as refused:
+        handeye([tmp_path / "robot.txt", tmp_path / "tag.txt"])
+    assert "zip()" not in str(refused.value)
     with refuses(DataError, "at least 3"):
         handeye((hands[:2], seen[:2]))
     assert "check which poses belong together" in handeye((hands, seen[::-1])).doubt

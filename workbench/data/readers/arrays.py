@@ -48,6 +48,8 @@ _TOKEN = re.compile(
 _NUMBER = re.compile(r"(?:^|_)(\d+)$")
 _NAMED = r"\b([A-Za-z_]\w*)[ \t]*[:= ][ \t]*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)[ \t]*(deg|rad|mm|m|°)?(?![\w.])"
 """A number behind its name and before its unit."""
+_PAGE = re.compile(r"^[ \t]*\w*\(:,:,\d+\)[ \t]*=\s*$", re.M)
+"""What MATLAB prints above each matrix of a stack."""
 _COMMENT = re.compile(r"^[ \t]*(?:#|%|//|;|!).*", re.M)
 TURN = re.compile(r"r|rotations?|orientations?|quat\w*|rot\w*|rvecs?", re.I)
 _TELLS = re.compile(rf"{TURN.pattern}|t|translation|position|.*joint.*", re.I)
@@ -96,7 +98,7 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
             raise refusal("these arrays", why, "save them as .npz, without objects", path) from None
     if data.startswith(b"PK"):
         return {}
-    text = decode(data, path)[0]
+    text = _PAGE.sub("", decode(data, path)[0])
     if text.lstrip().startswith("<"):
         text = _CLOSED.sub("]", _OPENED.sub(r"\n\1: [", text))
     if _YAML.search(text):
@@ -111,7 +113,8 @@ def arrays_of(data: bytes, path: Path, owner: Callable[[str], bool], *, headed: 
     if [meaning_of(name) for name in head[:4]] == ["time", "x", "y", "z"] and len(head) == 8:
         with suppress(ValueError):
             return {"": np.array(body, float)}
-    return dict(zip(head, zip(*body, strict=True), strict=True)) if headed and body else {}
+    is_even = body and {*map(len, body)} == {len(head)}
+    return dict(zip(head, zip(*body, strict=True), strict=True)) if headed and is_even else {}
 
 
 def arrays_of_names(data: bytes, path: Path) -> dict[str, Any]:
@@ -184,6 +187,8 @@ def _leaves(name: str, value: Any) -> dict[str, Any]:
     """Values of an object by their paths, `pose_position_x`, and of a list of objects in rows."""
     if isinstance(value, dict) and value and all(map(str.isdigit, value)):  # rows by their numbers
         value = [value[key] for key in sorted(value, key=int)]
+    if name and isinstance(value, list) and len(value) == 1 and isinstance(value[0], dict):  # a lone marker
+        value = value[0]
     if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
         rows = [_leaves(name, row) for row in value]
         return {path: [row.get(path) for row in rows] for path in rows[0]}

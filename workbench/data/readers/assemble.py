@@ -269,7 +269,8 @@ def _plain(fields: Fields, joints: int) -> dict[str, Any]:
             wrong = [i for i in fields.numbers(rf"{column.name}(\d+)") if not 1 <= i <= joints]
             if wrong:
                 raise FileError(f"joints are 1–{joints}, got {column.name}{wrong[-1]}", path=fields.source)
-            values = fields.stacked(column.names(joints), missing=np.nan)
+            unknown = 0.0 if column.name == "direction" else np.nan  # of joints that have no column
+            values = fields.stacked(column.names(joints), missing=unknown)
         if values is not None:
             (plain if column.name in Dataset.__dataclass_fields__ else more)[column.name] = values
     if "distance" in plain:
@@ -288,7 +289,7 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     """
     labels = [fields.values[key] != "" for key in ("contact", "point") if key in fields.values]
     if not numbers and not labels:
-        wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt"
+        wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt_x2 …"
         text = f"nothing was observed: add {wanted}{unread_text(fields.unread, 'x')}"
         raise DataError(f"{fields.source}: {text}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}

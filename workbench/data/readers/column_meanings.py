@@ -55,7 +55,9 @@ MIN_ROWS, COMPARED, ALIKE, NEAR = 6, 200, 0.25, 0.05
 """Rows compared, and shares of their spread by which places of one motion, and joints, may differ."""
 _REFERENCE = re.compile(r"(^|_)(ref|reference)\d*(_|$)")
 """A goal, or, beside what isn't said to be reached, what an instrument measured."""
-_RATE = re.compile(r"(^|_)([qj]_?d+_?\d|d[qj]_?\d|(current|speed|velocity|acceleration|force)s?(_|$|\d))")
+_RATE = re.compile(
+    r"(^|_)([qj]_?d+_?\d|d[qj]_?\d|(current|speed|velocity|acceleration|force|previous|last)s?(_|$|\d))"
+)
 """Names of joints' velocities, or of where they should be, and of what is neither a joint nor a place."""
 _DEVIATION = re.compile(r"(d|delta|dev\w*|diff?|err\w*)_?[xyz]|[xyz]_?(delta|dev\w*|diff?|err\w*)")
 
@@ -159,10 +161,12 @@ def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
 
 def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
     """Keys of columns whose names aren't known, in whatever language, by their units and each other: angles
-    that are counted are joints, three lengths that differ in x, y, z a place, a lone one is a distance, from
-    the anchors that a lone column of words names."""
+    that are counted are joints, three lengths that differ in x, y, z a place, three such or more points of
+    the tool, a lone one is a distance, from the anchors that a lone column of words names; a lone temperature
+    is the arm's."""
     found, counted = dict[int, str](), defaultdict[str, dict[int, int]](dict)
     lengths, words, keys = dict[int, str](), list[int](), [c.key for c in columns if c.key]
+    warm = list[int]()
     for c in (c for c in columns if c.key is None and not c.remark):
         name, unit = headings.unit_apart(table.names[c.index])
         number = re.fullmatch(r"(.*\D)(\d{1,2})", normalised(name))
@@ -172,13 +176,21 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
             lengths[c.index] = name
         elif unit and suits(unit, "q1") and number:
             counted[number[1]][int(number[2])] = c.index
+        elif unit and suits(unit, "temperature"):
+            warm.append(c.index)
     runs = [own for own in counted.values() if len(own) > 3 and max(own) - min(own) + 1 == len(own)]
     if len(runs) == 1 and "q1" not in keys:
         found = {index: f"q{k - min(runs[0]) + 1}" for k, index in runs[0].items()}
+    found |= {warm[0]: "temperature"} if len(warm) == 1 and "temperature" not in keys else {}
     if any(map(headings.is_observed, keys)):
         return found
     if len(sets := _triples(lengths, has_actual=False)) == 1:
         return found | dict(zip(sets[0], "xyz", strict=True))
+    parts = zip(*(re.split(r"[_\s]", normalised(lengths[own[0]])) for own in sets), strict=False)
+    told = [own for own in parts if len({*own}) > 1]  # points that one letter or number tells apart
+    if len(sets) > 2 and [len({*own}) for own in told] == [len(sets)] and max(map(len, told[0])) == 1:
+        points = enumerate(sets, 1)
+        return found | {k: f"m{n}{a}" for n, own in points for k, a in zip(own, "xyz", strict=True)}
     is_alone = (len(lengths), len(words)) == (1, 1) and "time" not in keys
     if is_alone and not (numbers_in(columns[alone := min(lengths)].cells) <= 0.0).any():
         found |= {alone: "distance", words[0]: "anchor"}
@@ -306,7 +318,10 @@ def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (),
     long = [n for n in of_place if len(columns[n]) > MIN_ROWS]  # states, times step one way
     signs = {n: {*np.sign(np.diff(numbers_in(tuple(columns[n])))).tolist()} for n in long}
     varied = [n for n in unread if not (_RATE.search(normalised(n)) or len(signs.get(n, "")) == 1)]
-    fitting = [n for n in varied if (unit := headings.unit_apart(n)[1]) is None or suits(unit, key)]
+    kind, units = "roll" if read and not at else key, {n: headings.unit_apart(n)[1] for n in varied}
+    fitting = [n for n, unit in units.items() if unit is None or suits(unit, kind)]
+    measured = [n for n in fitting if units[n]]  # a number without a unit may count rows
+    fitting = measured if key != "x" and len(measured) >= max(lacks, 1) else fitting
     computed = [n for n in of_place if headings.CONTROLLER.search(n) and not headings.is_of_measurement(n)]
     likely = sorted(fitting, key=lambda n: n in computed or is_commanded(n))
     bare = {normalised(parse_heading(n).name): n for n in of_place if not is_commanded(n)}
@@ -320,7 +335,8 @@ def unread_text(columns: Mapping, key: str, lacks: int = 0, read: Sequence = (),
         if key == "x" and not varied and words:
             how = remedy(f" with columns='contact={words[0]}' (--columns)", page=f": {CHOOSE_ON_PAGE}")
             return f"; if '{words[0]}' names what was touched, say so{how}"
-        return f"; the columns left out ({left_out}) have other units" if varied and not likely else ""
+        are = "no lengths" if key == "x" else "in other units"
+        return f"; the columns left out ({left_out}) are {are}" if varied and not likely else ""
     if off := [name for plain, name in bare.items() if _DEVIATION.fullmatch(plain)]:
         return f"; {span(off)} are deviations: write nominal + deviation in columns x[mm], y[mm], z[mm]"
     if key == "x":

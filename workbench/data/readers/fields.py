@@ -9,6 +9,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError, UnitError
+from workbench.base.remedy import remedy
+from workbench.base.units import parse_heading
 from workbench.base.wording import of_cell
 from workbench.data.readers import column_meanings
 from workbench.data.readers.column_meanings import TableColumn, dates_in
@@ -77,9 +79,13 @@ class Fields:
         if len(absent) == len(keys):
             return None
         if absent and missing is None:
-            given, lacking = ", ".join(k for k in keys if k in self.values), ", ".join(absent)
+            given, lacking = ", ".join(there := [k for k in keys if k in self.values]), ", ".join(absent)
+            left = ",".join(f"{parse_heading(self.headings.get(k, k)).name}=-" for k in there)
+            more = remedy(f", or leave out what is there, columns='{left}' (--columns)", page="")
+            more *= {*"xyz"} <= {*self.values}
             alone = "; heights alone tell too little: touch one plane, and name it in 'contact' (plane1)"
-            text = f"{given} without {lacking}: add the column(s) {lacking}{alone * (given == 'z')}"
+            more = alone if given == "z" else more
+            text = f"{given} without {lacking}: add the column(s) {lacking}{more}"
             raise FileError(text, path=self.source)
         blank = np.full(self.rows, np.nan if missing is None else missing)
         return np.stack([self.values.get(key, blank) for key in keys], axis=1)

@@ -43,6 +43,7 @@ _REFUSED = (
         "of a UR controller, whose arms are built in: 'workbench new ur5e --apply calibration.conf --for "
         "ur-calibration' adds what is an arm's own",
     ),
+    (rb"(?i)\s*<(!doctype html|html|table)", "a web page, as some programs write under the name .xls"),
     (
         rb"\s*<|(\s*#.*\n)*\s*(\[\[?[\w.\"' -]+\]\]?\s*[\r\n]|[\w-]+\s*=\s*[\"\[{\d.+-])",
         "XML or TOML, such as a robot or a plate: {robot}",

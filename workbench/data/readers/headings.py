@@ -176,7 +176,7 @@ def number_in(cell: str) -> float:
     """The number in a cell, its thousands grouped where that leaves no doubt; NaN where there is none."""
     with suppress(ValueError):
         return float("" if "_" in cell else cell)
-    text = cell.replace("\u2212", "-").replace("\u00a0", " ").strip()
+    text = re.sub(r"(?<=\d)[dD](?=[-+]\d)", "e", cell.replace("\u2212", "-").replace("\u00a0", " ").strip())
     if _GROUPED.fullmatch(text):
         text = re.sub(r"[.,](?=.*[.,])", "", re.sub(r"[^\d.,+-]", "", text)).replace(",", ".")
     if degrees := _SEXAGESIMAL.fullmatch(text):

@@ -19,6 +19,7 @@ from workbench.base.wording import listed
 from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
 from workbench.data.readers.headings import (
     COMMAND,
+    is_observed,
     joint_name,
     meaning,
     meaning_of,
@@ -28,7 +29,7 @@ from workbench.data.readers.headings import (
 )
 
 NUMBER = re.compile(
-    r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+)?|[-+]?(nan|inf)"
+    r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+|d[-+]\d+)?|[-+]?(nan|inf)"
 )
 _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
@@ -121,6 +122,16 @@ def with_points(grid: Grid) -> Grid:
         raise grid.error(f"{text}, or commas group thousands: write all numbers with points", commas[0][1])
     rows = [[cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in r] for r in grid.rows]
     return replace(grid, rows=rows, notes=(*grid.notes, "decimal commas"))
+
+
+def turned(grid: Grid) -> Grid:
+    """The grid with its headings above where they stand in the first column, beside one for each pose."""
+    keys, width = {*keys_of([row[0] for row in grid.rows])}, max(map(len, grid.rows), default=0)
+    if "q1" not in keys or not any(map(is_observed, keys)) or named_keys(grid):
+        return grid
+    rows, notes = zip(*(row + [""] * (width - len(row)) for row in grid.rows), strict=True), [*grid.notes]
+    notes.append("the headings stand in the first column: each other column is a row")
+    return replace(grid, rows=[*map(list, rows)], lines=[*range(1, width + 1)], notes=tuple(notes))
 
 
 class _Part(NamedTuple):

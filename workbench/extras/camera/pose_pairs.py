@@ -185,7 +185,7 @@ def _of_one_label(
     sides = [{n: block(a) for n, a in arrays.items() if _is_seen(n) is seen} for seen in (False, True)]
     counts = [max(map(len, own.values()), default=0) for own in sides]
     labels = [
-        [a.astype(str) for n, a in own.items() if LABEL.search(n) and len({*a.tolist()}) == len(a) == count]
+        [a.astype(str) for n, a in own.items() if LABEL.search(n) and np.unique(a).size == len(a) == count]
         for own, count in zip(sides, counts, strict=True)
     ]
     if all(labels):

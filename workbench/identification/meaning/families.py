@@ -115,6 +115,9 @@ class JointColumns:
             pairs = [(n - 1, n - 2), (n - 2, n - 1), (n - 2, n - 3)]
             lone = [pair for pair in pairs if (min(pair), max(pair)) not in self.parallel]
             found += [(1.5 * COUPLING, [(*p, ratio)]) for p, ratio in product(lone, (1.0, -1.0, 0.5, -0.5))]
+            for s, t in product(both, repeat=2):  # a wrist whose joints are driven through each other
+                one, other, third = (n - 1, n - 2, s), (n - 2, n - 3, t), (n - 1, n - 3, s * t)
+                found += [(2.0 * COUPLING, [one, other]), (2.0 * COUPLING, [one, other, third])]
             for i, share, turn in product((n - 2, n - 3), (0.5, 1.0), both):
                 turned = [(i + 1, i, turn * share), (i + 1, i + 1, -turn * share)]  # with all signs: all
                 found.append((2.0 * COUPLING, [(i, i, share), (i, i + 1, share), *turned]))  # differentials

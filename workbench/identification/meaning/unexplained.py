@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from workbench.arm import chain as chains
+from workbench.arm.conventions import ORDERS
 from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.robot import Robot
+from workbench.arm.robot_toml import robot_from_rows, robot_to_table
 from workbench.base.remedy import remedy
 from workbench.base.wording import in_mm, joint_list, plural, ranges
 from workbench.data.dataset import Dataset
@@ -80,6 +82,15 @@ def _positions_alone(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
     text = f"the positions alone fit to {in_mm(_misfit(robot, rows))}, the orientations in another frame"
     cure = "correct them, or leave their columns out" + remedy(", columns='rx=-,…' (--columns)", page="")
     return {"told": text, "cure": cure}
+
+
+def _other_convention(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
+    """`with convention = "craig" the numbers of its table fit to 0.87 mm`."""
+    other = dict(zip(ORDERS, [*ORDERS][::-1], strict=True)).get(robot.convention, "")
+    if not other or not _fits(arm := robot_from_rows(robot_to_table(robot.bare)["joint"], other), rows):
+        return {}
+    text = f'with convention = "{other}" the numbers of its table fit to {in_mm(_misfit(arm, rows))}'
+    return {"told": text, "cure": f'write convention = "{other}" in the robot\'s table'}
 
 
 def _otherwise(robot: Robot, rows: Dataset, meaning: RowMeaning) -> Told:
@@ -204,5 +215,5 @@ def one_constant(robot: Robot, located: Dataset, meaning: RowMeaning) -> Told:
     return {"told": f"with {' or '.join(text for _, text in best[:2])} they fit to {in_mm(nearest.position)}"}
 
 
-EXPLANATIONS = (_by_column, _positions_alone, _otherwise, _in_order, _most, one_constant)
+EXPLANATIONS = (_by_column, _other_convention, _positions_alone, _otherwise, _in_order, _most, one_constant)
 """All in their order; rows that are found, of which some stand off, are asked of their columns alone."""
