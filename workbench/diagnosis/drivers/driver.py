@@ -347,6 +347,11 @@ def _hangs(rows: DrivenRows) -> Iterator[Follower]:
 
 def _loads(rows: DrivenRows) -> Iterator[Follower]:
     yield from _hangs(rows)
+    heavy = rows.motion.payload
+    carried = None
+    if heavy is not None and np.isfinite(heavy).all() and (spread := float(heavy.std())) > 0.0:
+        carried = smooth((heavy - heavy.mean()) / spread, CARRIED_LENGTH)
+        yield from _through_all(rows, Driver.LOAD, "the payload", carried)
     if not len(rows.wrenches):
         return
     chain, q, by_load = rows.chain, rows.motion.q, partial(rows.follower, Driver.LOAD, by_load=True)
@@ -384,8 +389,7 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
             for shape, features in ((None, free), (Shape.LINE, scaled), (Shape.JUMP, leap)):
                 yield by_load(what, features, joints=(j,), kind=kind, shape=shape)
     yield from _payloads(rows, Driver.LOAD, UNSTATED, np.ones((len(rows.data), 1)))
-    if rows.motion.payload is not None and (spread := float(np.std(rows.motion.payload))) > 0.0:
-        carried = smooth((rows.motion.payload - rows.motion.payload.mean()) / spread, CARRIED_LENGTH)
+    if carried is not None:
         yield from _payloads(rows, Driver.LOAD, "the load of {} and the payload", with_one(carried), kg=0.0)
     yield from _gravities(rows)
 
