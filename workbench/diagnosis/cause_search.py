@@ -11,14 +11,17 @@ from functools import partial
 
 import numpy as np
 
+from workbench.arm.chain import Axis
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.base_drift import mixed_share
 from workbench.arm.effects.effect import NO_WRENCHES
 from workbench.arm.effects.events import WarmUp
 from workbench.arm.effects.gravity_sag import GravitySag
+from workbench.arm.frame import revised
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable_arm import events_of
+from workbench.arm.statics.deflection import shift_of
+from workbench.arm.usable_arm import events_of, off_nominal
 from workbench.base import se3
 from workbench.base.advice import ask
 from workbench.base.progress import progress
@@ -34,6 +37,7 @@ from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.drivers.path import path_of
 from workbench.diagnosis.final_fit import fit_as_saved, geometry_as_identified
 from workbench.diagnosis.result import harm_done
+from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, coefficients, drop, left_of
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
@@ -56,6 +60,8 @@ from workbench.identification.rows.row_selection import as_marked
 from workbench.identification.run import SavedArm
 
 UNDECIDED = "measured at a step: on which side is undecided"
+SHORT = 0.25
+"""Share of the reach from a joint to the measured point below which this hardly shows how the joint turns."""
 LAST, MAX_WORSE = 0.25, 1.05
 """Share of the rows that are the last ones, and how much worse a law that is decided may make their error."""
 
@@ -113,6 +119,20 @@ class CauseSearch:
         late = data.take(np.flatnonzero(clock >= np.quantile(clock, 1.0 - LAST)))
         return self._is_worse(self.errors(drop(model, [term]), late), self.errors(model, late), worse)
 
+    def _is_unseen(self, term: Term) -> bool:
+        """Whether a term turns the flange, where nobody measures how it is turned, more than all constants do
+        and than an error of its size at the measured point usually does."""
+        fit, motion = self.last.stage.fit, self.last.stage.motion
+        if fit.problem.sees_rotation:
+            return False
+        mine = tuple(e for e in fit.arm.effects if e.names == term.candidate.names)
+        alone = revised(fit.arm, effects=mine)
+        turn = float(np.sqrt(shift_of(alone, motion)[:, alone.chain.axes < Axis.TX].var(0).sum()))
+        without, whole = remaining(self.last, [drop(self.last.model, [term]), self.last.model])[:, 0]
+        seen = 1e-3 * np.sqrt(max(without**2 - whole**2, 0.0)) / (SHORT * self.robot.reach)
+        by_geometry = off_nominal(self.first.fit.arm, self.robot, motion.q).rotation
+        return turn > max(seen, by_geometry)
+
     def _is_worse(self, old: Errors, new: Errors, worse: float) -> bool:
         """Whether some errors are larger than others on the same rows, beyond chance or by a factor."""
         is_harm = harm_done(old, new, self.last.stage.geometric_problem.noise) is not None
@@ -133,6 +153,7 @@ class CauseSearch:
         if lost := [t for t, cap in zip(warm, caps, strict=True) if cap <= 1.0]:
             return drop(model, lost)
         kept = drivers.lasting(unsure := undecided(drivers))
+        kept = drop(kept, [t for t in kept if (t in unsure or is_nameless(t)) and self._is_unseen(t)])
         gone = [t for t in kept if self._is_over(kept, t, 1.0 if t in unsure else MAX_WORSE)]
         if gone or len(kept) < len(model):
             return drop(kept, gone)

@@ -27,7 +27,7 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import PROBABLE
-from workbench.diagnosis.drivers.driver import UNSTATED, DrivenRows, Driver, Follower, Shape
+from workbench.diagnosis.drivers.driver import AS_UNDER, DrivenRows, Driver, Follower, Shape
 from workbench.diagnosis.drivers.evidence import (
     MIN_GAIN,
     DriverEvidence,
@@ -106,7 +106,7 @@ def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[Followed
         offers = what_add(left_of(grams, model), (*found.values(),))
         shown = {what: offers[f] for what, f in found.items() if f in offers}
         offered += [(o.gain - charge, what, o, grams) for what, o in shown.items()]
-        rivals += [o.gain - charge for f, o in noise.beside.items() if UNSTATED not in f.phrase]
+        rivals += [o.gain - charge for f, o in noise.beside.items() if AS_UNDER not in f.phrase]
     gain, what, offer, grams = max(offered, key=lambda each: each[0])
     lead = gain - max(rivals)
     if gain < MIN_GAIN or lead < np.log(PROBABLE):

@@ -108,6 +108,8 @@ def _driver_text(followed: FollowedDriver) -> str:
         law = "check the column 'payload', row by row and its unit, and where it hangs"
     if followed.shape is Shape.HANGS:
         law = "check where it hangs"
+    if any(f.shape is Shape.TURNED for f in (*followed.parts, *followed.either)):
+        law = "check whether the base is level, as gravity in the robot file says"
     return f"The error {followed.text}; {law}."
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from workbench.arm.robot import Robot
 
 CAUSES = ("moment", "motion")
+LEADS = "no play is negative: the directions may have the other sign"
 RELATIVE_WIDTH = 0.002
 """Width used by a diagnosis, relative to the moment's standard deviation over the rows."""
 
@@ -82,6 +83,15 @@ class Backlash(AbstractEffect):
         if (held := self._held(motion)) is not None:
             steep = np.where(np.isnan(held), steep, 0.0)
         return diagonal(-steep * np.array(self.coefficients) / self.width)
+
+    def doubt(self, motion: Motion) -> str | None:
+        return LEADS if min(self.coefficients) < 0.0 else None
+
+    def sentence(self, chain: Chain, motion: Motion) -> str:
+        if not max(self.coefficients) < 0.0:
+            return super().sentence(chain, motion)
+        size = replace(self, coefficients=tuple(-c for c in self.coefficients)).size(chain)
+        return f"{self.where} goes beyond where it is told, in the direction of its motion, by {size}"
 
     def _held(self, motion: Motion) -> Float[np.ndarray, "rows j"] | None:
         """Flanks of its joints fixed by a fit."""

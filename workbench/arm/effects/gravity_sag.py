@@ -94,6 +94,10 @@ class GravitySag(AbstractEffect):
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self._terms)
 
+    def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
+        """No weight would deflect the joint further if its axis were level: one about the vertical feels none."""
+        return tuple(min(b, self.credible[0]) for b in super().bounds(chain, motion, wrenches))
+
     def doubt(self, motion: Motion) -> str | None:
         """It is tried if masses are unknown, and then compliance of bearings and links can't be tried
         instead."""

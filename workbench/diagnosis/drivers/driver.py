@@ -39,6 +39,7 @@ from workbench.arm.frame import BASE
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.types import Vector3
 from workbench.base.wording import joint_list
 from workbench.data.measuring_order import clock_of
 from workbench.diagnosis.drivers.path import Path
@@ -77,7 +78,9 @@ MIN_MIXED = 0.3
 order."""
 TIME, SESSION, SPEED, WAY = "the time", "the session", "the speed of the joints", "the way by which {} came"
 """They in words."""
-UNSTATED = "as under a payload"
+AS_UNDER = "as under a payload"
+UNSTATED = f"the load of {{}}, {AS_UNDER} that isn't stated"
+TILTED = "the load of {}, as under gravity in another direction"
 QUICK_TIMES = 26
 """Number of eigenfunctions over time, a period each two, but for constants, which change slowly: `TIMES`."""
 CREEPS = (0.01, 0.03, 0.06, 0.12, 0.2, 0.3, 0.5)
@@ -224,6 +227,12 @@ class DrivenRows:
         return self.arm.chain
 
     @cached_property
+    def down(self) -> Vector3:
+        """Direction of gravity in the measuring frame; zero without gravity."""
+        pull = self.arm.base.rotation @ self.arm.gravity
+        return pull / max(float(np.linalg.norm(pull)), 1e-300)
+
+    @cached_property
     def constants(self) -> tuple[str, ...]:
         """Unknown constants of the arm."""
         return tuple(p.name for p in self.problem.parameters if p.is_geometry and p.name in self.chain.index)
@@ -325,9 +334,8 @@ def _angles(rows: DrivenRows) -> Iterator[Follower]:
 def _hangs(rows: DrivenRows) -> Iterator[Follower]:
     """What gravity moves by its direction in the frame of the tool or of a link."""
     ends, place = np.unique([*rows.chain.driven, len(rows.chain.elements) - 1], return_inverse=True)
-    pull = rows.arm.base.rotation @ rows.arm.gravity
     turned = frames(rows.chain, rows.motion.q, ends)[:, place, :3, :3]
-    down = np.einsum("rfij,i->rfj", turned, pull / max(float(np.linalg.norm(pull)), 1e-300))
+    down = np.einsum("rfij,i->rfj", turned, rows.down)
     what = "the direction of gravity in the frame of the "
     both, tool = np.column_stack([down[:, -1], np.sign(down[:, -1])]), Insertion.SLIP
     for moved, features in (tool.frame[:3], down[:, -1]), ((), both):
@@ -339,6 +347,11 @@ def _hangs(rows: DrivenRows) -> Iterator[Follower]:
 
 def _loads(rows: DrivenRows) -> Iterator[Follower]:
     yield from _hangs(rows)
+    heavy = rows.motion.payload
+    carried = None
+    if heavy is not None and np.isfinite(heavy).all() and (spread := float(heavy.std())) > 0.0:
+        carried = smooth((heavy - heavy.mean()) / spread, CARRIED_LENGTH)
+        yield from _through_all(rows, Driver.LOAD, "the payload", carried)
     if not len(rows.wrenches):
         return
     chain, q, by_load = rows.chain, rows.motion.q, partial(rows.follower, Driver.LOAD, by_load=True)
@@ -375,10 +388,8 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
             free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), leap])
             for shape, features in ((None, free), (Shape.LINE, scaled), (Shape.JUMP, leap)):
                 yield by_load(what, features, joints=(j,), kind=kind, shape=shape)
-    unstated = f"the load of {{}}, {UNSTATED} that isn't stated"
-    yield from _payloads(rows, Driver.LOAD, unstated, np.ones((len(rows.data), 1)))
-    if rows.motion.payload is not None and (spread := float(np.std(rows.motion.payload))) > 0.0:
-        carried = smooth((rows.motion.payload - rows.motion.payload.mean()) / spread, CARRIED_LENGTH)
+    yield from _payloads(rows, Driver.LOAD, UNSTATED, np.ones((len(rows.data), 1)))
+    if carried is not None:
         yield from _payloads(rows, Driver.LOAD, "the load of {} and the payload", with_one(carried), kg=0.0)
     yield from _gravities(rows)
 
@@ -420,7 +431,7 @@ def _times(rows: DrivenRows) -> Iterator[Follower]:
         for begin in CREEPS:
             creep = np.log1p(rows.clock / begin)[:, None]
             yield from _through_all(rows, Driver.TIME, TIME, creep, f" {begin}")
-        unsaid = f"{TIME}, {UNSTATED} that changes, in {{}}"
+        unsaid = f"{TIME}, {AS_UNDER} that changes, in {{}}"
         yield from _payloads(rows, Driver.TIME, unsaid, wandering(rows.clock))
     if len(names := rows.data.sessions) > 1:
         session = np.column_stack([rows.data.in_session(name) for name in names[1:]])
@@ -478,8 +489,7 @@ def _gravities(rows: DrivenRows) -> Iterator[Follower]:
         parts.append(own(chain, range(chain.dof), rows.wrenches_of(arm)))
     gives = np.stack([parts[0] - part for part in parts[1:]], axis=2)
     for j in rows.varied(gives):
-        what = "the load of {}, as under gravity in another direction"
-        yield rows.follower(Driver.LOAD, what, gives[:, j], joints=(j,), by_load=True, shape=Shape.TURNED)
+        yield rows.follower(Driver.LOAD, TILTED, gives[:, j], joints=(j,), by_load=True, shape=Shape.TURNED)
 
 
 def _temperatures(rows: DrivenRows) -> Iterator[Follower]:
@@ -534,13 +544,19 @@ def _places(rows: DrivenRows) -> Iterator[Follower]:
 
 
 def _pulls(rows: DrivenRows) -> Iterator[Follower]:
-    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q."""
+    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q; a weight there does
+    so by f alone, along gravity, or one that isn't the file's."""
     ways = geometric_jacobian(rows.arm, rows.motion.q)[:, :3].transpose(0, 2, 1)
     place = tool_poses(rows.arm, rows.motion)[:, :3, 3] / rows.arm.reach
     pulls = np.concatenate([ways, ways @ place[..., None]], axis=2)
     for j in rows.varied(pulls):
         what = "a pull on the tool, as by a hose, in {}"
         yield rows.follower(Driver.PLACE, what, pulls[:, j], joints=(j,))
+        if not len(rows.wrenches):
+            weight, line = pulls[:, j, :3], pulls[:, j, :3] @ rows.down[:, None]
+            yield rows.follower(Driver.LOAD, UNSTATED, line, joints=(j,), shape=Shape.LINE)
+            if line.any() and not rows.problem.frames.levelled:
+                yield rows.follower(Driver.LOAD, TILTED, weight, joints=(j,), shape=Shape.TURNED)
 
 
 _PROCESSES = {

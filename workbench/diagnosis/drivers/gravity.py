@@ -58,7 +58,7 @@ def gravity_elsewhere(drivers: DriverEvidence) -> Vector3 | None:
     """Gravity in another direction than the arm's, if only this makes its loads explain an error: more than
     all loads and nameless terms of the model, or a pull on the tool, do; in the axes of the base [m/s²]."""
     processes = [f for f in drivers.followers if f.shape is Shape.TURNED]
-    if not processes or drivers.problem.frames.levelled:
+    if not processes or drivers.problem.frames.levelled or not drivers.problem.robot.has_masses:
         return None
     model, grams = drivers.searched.model, drivers.grams
     gone = tuple(t for t in model if is_nameless(t) or driver_of(t.candidate.effect) is Driver.LOAD)
