@@ -126,7 +126,7 @@ def with_points(grid: Grid) -> Grid:
 
 def turned(grid: Grid) -> Grid:
     """The grid with its headings above where they stand in the first column, beside one for each pose."""
-    keys, width = {*keys_of([row[0] for row in grid.rows])}, max(map(len, grid.rows), default=0)
+    keys, width = {*keys_of([row[0] for row in grid.rows if row])}, max(map(len, grid.rows), default=0)
     if "q1" not in keys or not any(map(is_observed, keys)) or named_keys(grid):
         return grid
     rows, notes = zip(*(row + [""] * (width - len(row)) for row in grid.rows), strict=True), [*grid.notes]
