@@ -18,7 +18,7 @@ from workbench.diagnosis.search.rounds import Searched
 def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, "models 2"]:
     """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN if not measured."""
     grams, stage = searched.grams, searched.stage
-    problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
+    problem, x = stage.weighed, stage.fit.x
     solutions = np.stack([without_each_fold(grams, m)[0] for m in models], axis=2)
     tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.model])
     steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
