@@ -40,7 +40,7 @@ from workbench.diagnosis.drivers.driver import (
 )
 from workbench.diagnosis.drivers.path import Path, path_of
 from workbench.diagnosis.drivers.process import DriverProcess
-from workbench.diagnosis.search.contributions import remaining
+from workbench.diagnosis.search.contributions import reduced, remaining
 from workbench.diagnosis.search.event_search import EVENT_PRIOR_ODDS
 from workbench.diagnosis.search.evidence import (
     Model,
@@ -82,8 +82,6 @@ MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
 MIN_SIDE, MAX_STEPS = 3, 40
 """Minimum number of rows on either side of a step, and maximum number of steps that are tried at once."""
-MAX_LEFT = 0.95
-"""Share of an error that a correction may leave to be worth a word."""
 MIN_LAW_SHARE = 0.5
 """Share of the evidence of what follows time or place from which an effect is no average of that."""
 MAX_ROWS = 600
@@ -189,12 +187,6 @@ class FollowedDriver:
         """Clause that continues `The error`."""
         other = f", or {followed_text(self.either)}" if self.either else ""
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
-
-
-def reduced(before: Sequence[float], after: Sequence[float]) -> str:
-    """Which rms errors, of positions [mm] and orientations [deg], something noticeably reduces, in words."""
-    changes = zip(before, after, (" mm", "°"), strict=True)
-    return " and ".join(f"{old:.3g} to {new:.3g}{u}" for old, new, u in changes if new < MAX_LEFT * old)
 
 
 def followed_text(parts: Sequence[Follower]) -> str:
@@ -307,7 +299,7 @@ class DriverEvidence:
         freedom = 0.0 if is_step else 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count))
         there = max(there, own - freedom)
         free -= is_event * float(np.log(EVENT_PRIOR_ODDS))  # what else the time does is as unlikely
-        lead, apart = own - max(gain, free - MIN_GAIN_SHARE * own), there - gain
+        lead, apart = own - max(gain, free - max(MIN_GAIN_SHARE * own - MIN_GAIN, 0.0)), there - gain
         is_thinned = len(self.problem.data) < len(self.searched.stage.problem.data)
         if is_thinned and rest <= allowed and abs(min(lead, apart)) < np.log(CERTAIN):
             near = {*home, *even, *(f for _, each in found for f in each)}
