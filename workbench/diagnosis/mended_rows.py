@@ -46,11 +46,10 @@ class MendedRows:
         rows, lags = self.rows, [f for f in found.followed if f.delay and f.confidence is Confidence.CERTAIN]
         if lags and (self.delay or found.harm == LAGGED):
             came = course(rows, rows, delay=(delay := self.delay + lags[0].delay))
-            ends = rows.row[(came.begins | np.roll(came.begins, -1))[came.place]]
+            ends = rows.row[(came.begins | np.roll(came.begins, -1))[came.place]].tolist()
             part = replace(lags[0].parts[-1], phrase=f"{SPEED}, {came.text(delay)}")
             lag = replace((self.followed or lags)[0], parts=(part,))
-            mended = replace(rows, q=came.q)
-            return MendedRows(rows, mended, dict.fromkeys(ends.tolist(), AT_END), delay, (lag,))
+            return MendedRows(rows, replace(rows, q=came.q), dict.fromkeys(ends, AT_END), delay, (lag,))
         steps = tuple(f for f in found.followed if changes([f]))
         if found.harm != CHANGED or not steps:
             return None
