@@ -278,6 +278,17 @@ def test_headings_in_the_first_column_are_read(tmp_path, above):
     assert read_measurements(path).q == pytest.approx(POSTURES[:, :6])
 
 
+@pytest.mark.parametrize("cell", ["{}", "9:{:02}:30"])
+def test_a_lone_column_of_seconds_or_of_a_clock_that_goes_on_is_the_time(tmp_path, cell):
+    """Play in a joint was called an encoder's scale, as 'Heure' was left out."""
+    rows = [[cell.format(k), *row] for k, row in enumerate(POSTURES.astype(str).tolist())]
+    heads = ["Heure" if ":" in cell else "Temps [s]", *JOINTS, "x[mm]", "y[mm]", "z[mm]"]
+    (path := tmp_path / "t.csv").write_text("\n".join(map(",".join, [heads, *rows])))
+    assert np.diff(read_measurements(path).time) == pytest.approx(60.0 if ":" in cell else 1.0)
+    path.write_text("\n".join(map(",".join, [heads, *rows[6:], *rows[:6]])))  # each row's own duration, maybe
+    assert read_measurements(path).time is None
+
+
 def test_a_lone_temperature_is_known_by_its_unit(tmp_path):
     path = named_table(tmp_path / "t.csv", "Arm unten (°C)", *JOINTS[:5], "x[mm]", "y[mm]", "z[mm]")
     assert read_measurements(path).temperature == pytest.approx(POSTURES[:, 0])

@@ -163,25 +163,29 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
     """Keys of columns whose names aren't known, in whatever language, by their units and each other: angles
     that are counted are joints, three lengths that differ in x, y, z a place, three such or more points of
     the tool, a lone one is a distance, from the anchors that a lone column of words names; a lone temperature
-    is the arm's."""
+    is the arm's, a lone column of seconds or of a clock that goes on is the time."""
     found, counted = dict[int, str](), defaultdict[str, dict[int, int]](dict)
     lengths, words, keys = dict[int, str](), list[int](), [c.key for c in columns if c.key]
-    warm = list[int]()
+    lone = {"temperature": list[int](), "time": list[int]()}
     for c in (c for c in columns if c.key is None and not c.remark):
         name, unit = headings.unit_apart(table.names[c.index])
         number = re.fullmatch(r"(.*\D)(\d{1,2})", normalised(name))
-        if name != IGNORED and not any(map(NUMBER.fullmatch, c.cells)):
+        clock = dates_in(c.cells) if ":" in "".join(c.cells[:1]) else []
+        times = [numbers_in(c.cells)] if unit and suits(unit, "time") else [own for own, _ in clock]
+        if any((np.diff(own) >= 0.0).all() and own[-1] > own[0] for own in times):
+            lone["time"].append(c.index)
+        elif name != IGNORED and not any(map(NUMBER.fullmatch, c.cells)):
             words += [c.index] if MIN_ANCHORED * len({*c.cells}) <= len(c.cells) else []
         elif unit and suits(unit, "x") and not _DEVIATION.fullmatch(normalised(name)):
             lengths[c.index] = name
         elif unit and suits(unit, "q1") and number:
             counted[number[1]][int(number[2])] = c.index
         elif unit and suits(unit, "temperature"):
-            warm.append(c.index)
+            lone["temperature"].append(c.index)
     runs = [own for own in counted.values() if len(own) > 3 and max(own) - min(own) + 1 == len(own)]
     if len(runs) == 1 and "q1" not in keys:
         found = {index: f"q{k - min(runs[0]) + 1}" for k, index in runs[0].items()}
-    found |= {warm[0]: "temperature"} if len(warm) == 1 and "temperature" not in keys else {}
+    found |= {at[0]: key for key, at in lone.items() if len(at) == 1 and key not in keys}
     if any(map(headings.is_observed, keys)):
         return found
     if len(sets := _triples(lengths, has_actual=False)) == 1:
