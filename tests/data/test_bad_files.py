@@ -71,7 +71,7 @@ def test_unreadable_options(file):
         (zipped(("xl/workbook.xml", "hello")) + b"[Content_Types].xml", "workbook"),
         (b'name = "arm"\nconvention = "dh"\n\n[[joint]]\ntheta = 0.0\nd = 0.2\n', "TOML"),
         (b'<?xml version="1.0"?>\n<robot name="arm"><link name="base"/></robot>', "a robot"),
-        (b"<html><body>1,2,3</body></html>", "XML"),
+        (b"<html><body>1,2,3</body></html>", "a web page"),
         (b"[mounting]\ndelta_theta = [ 1e-8, 0]", "--for ur-calibration"),
         (b"# UR\n[DH]\na = [0, -0.425]", "a UR controller"),
         (b"def main():\n  movej(posj(1.0, 2.0))\n", "KRL and URScript"),
