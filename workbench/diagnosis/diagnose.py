@@ -89,7 +89,7 @@ def diagnose(
             data = poses
             search, saved, found = searched(data, choices)
         result, most = found, search.after.train.main.mean
-        mended = None if is_other else MendedRows(data)
+        mended = None if is_other else MendedRows(data, data)
         for _ in range(MAX_MENDS):
             mended = mended and ask("rows of one arm", partial(mended.again, found), None)
             if mended is None:
@@ -105,11 +105,8 @@ def diagnose(
         refused = {e.names for c in result.causes if not c.is_law for e in c.effects}
         wanted = [a.effect for a in saved.effects if a.effect.names not in refused]
         wanted += [e for c in laws for e in c.look_alikes]  # which these poses are to separate
-        following = ask(
-            "poses to measure next",
-            lambda: next_poses(fit.problem, fit.x, wanted, rng=rng, measurable=measurable),
-            (np.zeros((0, robot.dof)), ()),
-        )
+        chosen = partial(next_poses, fit.problem, fit.x, wanted, rng=rng, measurable=measurable)
+        following = ask("poses to measure next", chosen, (np.zeros((0, robot.dof)), ()))
     progress(1.0, "done")
     result = replace(result, measure_next=following[0], next_reasons=following[1])
     return replace(result, warnings=tuple(failed), seconds=perf_counter() - began)
@@ -128,20 +125,18 @@ def _searched(
 def _remaining_error(search: CauseSearch, known: Noise | None) -> RemainingError:
     """Noise and drivers of the residuals; noise stated in the rows comes before `known`, then repeats. What a
     payload that isn't the file's leaves is told once it is right."""
-    fit, geometric, ready = search.last.stage.fit, search.last.stage.geometric_problem, search.ready
+    stage, ready, fit = search.last.stage, search.ready, search.last.stage.fit
     rows = ready.data.take(np.union1d(ready.train_rows, ready.held_out_rows))
     loose = worse_by_column(search.first.fit, rows, {})
     followed, drivers = tuple[FollowedDriver, ...](), search.drivers
     if drivers is not None and not loose:
         followed = ask("the payload", lambda: misstated_payload(drivers, ready.data), ())
         followed = followed or ask("what the rest follows", lambda: drivers.rest, ())
-    noise = noises.beyond_stated(fit.problem, fit.x, fit.factor, in_all=True) or geometric.noise
+    noise = noises.beyond_stated(fit.problem, fit.x, fit.factor, in_all=True) or stage.geometric_problem.noise
     return RemainingError(
         noise=noise if fit.problem.sees_rotation else noise._replace(rotation=np.nan),
         known_noise=noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data),
-        joint_noise=ask(
-            "the noise of joint readings", lambda: readings(fit.problem.with_noise(geometric.noise)), None
-        ),
+        joint_noise=ask("the noise of joint readings", lambda: readings(stage.weighed), None),
         followed=followed,
         places=loose or ("" if followed else two_kinds(fit, rows)),
         is_loose=bool(loose),

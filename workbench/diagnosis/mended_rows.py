@@ -29,30 +29,27 @@ class MendedRows:
     """All rows of a file with what is done to them.
 
     Args:
+        mended: They, with joints as at the times of the places.
         left_out: Which of them are left out, by number, and why.
         delay: By how long the places were later than the joints [s, or rows].
         followed: What the error of all rows followed.
     """
 
     rows: Dataset
+    mended: Dataset
     left_out: Mapping[int, str] = field(default_factory=dict)
     delay: float = 0.0
     followed: tuple[FollowedDriver, ...] = ()
-
-    @property
-    def mended(self) -> Dataset:
-        """They, with joints as at the times of the places."""
-        return replace(self.rows, q=course(self.rows, self.rows, delay=self.delay).q)
 
     def again(self, found: Diagnosis) -> "MendedRows | None":
         """The same, mended by what their diagnosis found; None if nothing is to be mended."""
         rows, lags = self.rows, [f for f in found.followed if f.delay and f.confidence is Confidence.CERTAIN]
         if lags and (self.delay or found.harm == LAGGED):
-            came, delay = course(rows, rows), self.delay + lags[0].delay
-            ends = rows.row[(came.begins | np.roll(came.begins, -1))[came.place]]
+            came = course(rows, rows, delay=(delay := self.delay + lags[0].delay))
+            ends = rows.row[(came.begins | np.roll(came.begins, -1))[came.place]].tolist()
             part = replace(lags[0].parts[-1], phrase=f"{SPEED}, {came.text(delay)}")
             lag = replace((self.followed or lags)[0], parts=(part,))
-            return MendedRows(rows, dict.fromkeys(ends.tolist(), AT_END), delay, (lag,))
+            return MendedRows(rows, replace(rows, q=came.q), dict.fromkeys(ends, AT_END), delay, (lag,))
         steps = tuple(f for f in found.followed if changes([f]))
         if found.harm != CHANGED or not steps:
             return None

@@ -102,15 +102,14 @@ def _driver_text(followed: FollowedDriver) -> str:
     kinds = " or ".join(followed.laws)
     law = f"it may be {kinds}: measure where both differ" if followed.either else f"it isn't simply {kinds}"
     law = law if kinds else "no known law of it explains the error"
-    if followed.shape is Shape.LAG:
-        law = "give joints and places of the same times, or measure at rest"
-    if followed.shape is Shape.CARRIED:
-        law = "check the column 'payload', row by row and its unit, and where it hangs"
-    if followed.shape is Shape.HANGS:
-        law = "check where it hangs"
     if any(f.shape is Shape.TURNED for f in (*followed.parts, *followed.either)):
         law = "check whether the base is level, as gravity in the robot file says"
-    return f"The error {followed.text}; {law}."
+    check: dict[Shape | None, str] = {
+        Shape.LAG: "give joints and places of the same times, or measure at rest",
+        Shape.CARRIED: "check the column 'payload', row by row and its unit, and where it hangs",
+        Shape.HANGS: "check where it hangs",
+    }
+    return f"The error {followed.text}; {check.get(followed.shape, law)}."
 
 
 def doubts(causes: Sequence[Cause]) -> list[str]:

@@ -150,14 +150,10 @@ class ResidualMap:
         without = " with the causes alone" if self.beside_causes else ""
         before, after = (e.text("mean") for e in (self.before, self.after))
         if not self.is_better:
-            return (
-                f"A residual map{where} was fitted, but the rows that judge it are no better for it: "
-                f"{before}{without}, {after} with the map"
-            )
-        return (
-            f"A residual map{where}, which predicts but names no cause, takes the error from "
-            f"{before}{without} to {after}"
-        )
+            said = "was fitted, but the rows that judge it are no better for it:"
+            return f"A residual map{where} {said} {before}{without}, {after} with the map"
+        said = "which predicts but names no cause, takes the error from"
+        return f"A residual map{where}, {said} {before}{without} to {after}"
 
 
 def is_named(

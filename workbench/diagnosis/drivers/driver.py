@@ -544,8 +544,8 @@ def _places(rows: DrivenRows) -> Iterator[Follower]:
 
 
 def _pulls(rows: DrivenRows) -> Iterator[Follower]:
-    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q; a weight there does
-    so by f alone, along gravity, or one that isn't the file's."""
+    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q; a weight there
+    does so by f alone, along gravity, or one that isn't the file's."""
     ways = geometric_jacobian(rows.arm, rows.motion.q)[:, :3].transpose(0, 2, 1)
     place = tool_poses(rows.arm, rows.motion)[:, :3, 3] / rows.arm.reach
     pulls = np.concatenate([ways, ways @ place[..., None]], axis=2)

@@ -40,7 +40,7 @@ from workbench.diagnosis.drivers.driver import (
 )
 from workbench.diagnosis.drivers.path import Path, path_of
 from workbench.diagnosis.drivers.process import DriverProcess
-from workbench.diagnosis.search.contributions import remaining
+from workbench.diagnosis.search.contributions import reduced, remaining
 from workbench.diagnosis.search.event_search import EVENT_PRIOR_ODDS
 from workbench.diagnosis.search.evidence import (
     Model,
@@ -82,12 +82,12 @@ MAX_FOLLOWERS = 6
 """Maximum number of processes by which an error is described."""
 MIN_SIDE, MAX_STEPS = 3, 40
 """Minimum number of rows on either side of a step, and maximum number of steps that are tried at once."""
-MAX_LEFT = 0.95
-"""Share of an error that a correction may leave to be worth a word."""
 MIN_LAW_SHARE = 0.5
 """Share of the evidence of what follows time or place from which an effect is no average of that."""
 MAX_ROWS = 600
-"""Maximum number of rows, evenly spread over those that were fitted."""
+"""Maximum number of rows, evenly spread over those that were fitted; all decide on a law that is near …"""
+MIN_NEAR = 0.25
+"""… to processes of at least this share of the best ones' evidence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,10 +137,9 @@ class Challenge:
             return f"{100 * self.rest:.0f} % of the error over its driver is something else"
         if self.scatter > MAX_REST:
             return f"a joint of it scatters besides, by {100 * self.scatter:.0f} % of its error"
-        if self.cap < np.inf and not self.rivals:
-            return "it adds little to the other effects"
         if self.cap < np.inf:
-            return f"a smooth dependence on {followed_text(self.rivals)} explains as much"
+            alike = f"a smooth dependence on {followed_text(self.rivals)} explains as much"
+            return alike if self.rivals else "it adds little to the other effects"
         return ""
 
 
@@ -190,12 +189,6 @@ class FollowedDriver:
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
 
 
-def reduced(before: Sequence[float], after: Sequence[float]) -> str:
-    """Which rms errors, of positions [mm] and orientations [deg], something noticeably reduces, in words."""
-    changes = zip(before, after, (" mm", "°"), strict=True)
-    return " and ".join(f"{old:.3g} to {new:.3g}{u}" for old, new, u in changes if new < MAX_LEFT * old)
-
-
 def followed_text(parts: Sequence[Follower]) -> str:
     """Several processes in words: those of one kind with all their joints."""
     return "; and ".join(dict.fromkeys(part.text(parts) for part in parts))
@@ -224,8 +217,7 @@ class DriverEvidence:
         cls, searched: Searched, whole: Dataset, drivers: Collection[Driver] = tuple(Driver)
     ) -> "DriverEvidence":
         """At a search's final fit; all rows of the file tell how far the joints moved."""
-        stage = searched.stage
-        problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
+        problem, x = searched.stage.weighed, searched.stage.fit.x
         path = path_of(problem.data, whole)
         found = followers(problem, x, path, drivers)
         rows = np.unique(np.linspace(0, len(problem.data) - 1, MAX_ROWS).round().astype(int))
@@ -270,14 +262,15 @@ class DriverEvidence:
         if is_event:  # it was charged for its pace, so creeps are as well
             creeps = {f: o for f, o in first.items() if f.shape is Shape.CREEP}
             first |= {f: replace(o, gain=o.gain - np.log(len(CREEPS))) for f, o in creeps.items()}
-        other = {f: max(o.gain, 0.0) for f, o in self.beside.items()}
+        other, whole = {f: max(o.gain, 0.0) for f, o in self.beside.items()}, left_of(self.grams, self._model)
 
         def best(some: Iterable[Follower]) -> tuple[float, tuple[Follower, ...]]:
             """Evidence of the best of some processes in the law's place, one after the other, and these; what
-            each of them adds to the whole model doesn't count: it is another error."""
+            they add to the whole model doesn't count: it is another error, which the law goes with too."""
             steps = _one_by_one(left, {f: first[f] for f in some if f in first}, 0.0, other)
-            found = [*islice(steps, most)]
-            return float(sum(gain for gain, *_ in found)), tuple(f for _, f, _ in found)
+            found = {f: gain + other.get(f, 0.0) for gain, f, _ in islice(steps, most)}
+            added = _one_by_one(whole, {f: self.beside[f] for f in found if f in self.beside}, 0.0)
+            return float(sum(found.values()) - sum(gain for gain, *_ in added)), tuple(found)
 
         home = [f for f in self._over(driver) if self._holds(f, law)]
         there = best(f for f in home if f.shape is not Shape.TURNED and not f.is_even)[0]
@@ -306,8 +299,19 @@ class DriverEvidence:
         freedom = 0.0 if is_step else 0.5 * most * MAX_FREEDOM * float(np.log(self.grams.count))
         there = max(there, own - freedom)
         free -= is_event * float(np.log(EVENT_PRIOR_ODDS))  # what else the time does is as unlikely
-        lead, apart = own - max(gain, free), there - gain
+        lead, apart = own - max(gain, free - max(MIN_GAIN_SHARE * own - MIN_GAIN, 0.0)), there - gain
+        is_thinned = len(self.problem.data) < len(self.searched.stage.problem.data)
+        if is_thinned and rest <= allowed and abs(min(lead, apart)) < np.log(CERTAIN):
+            near = {*home, *even, *(f for _, each in found for f in each)}
+            near |= {f for f, o in first.items() if o.gain - other.get(f, 0.0) > MIN_NEAR * gain}
+            nearer = self._of(self.searched.stage.weighed, [f for f in self.followers if f in near])
+            return replace(nearer._challenge(groups), rest=rest, allowed=allowed)
         return Challenge(lead, apart, rivals, rest, allowed, self._scatter(law), driver, is_simplest)
+
+    def _of(self, problem: Problem, some: Sequence[Follower]) -> "DriverEvidence":
+        """The same with other rows or noise, and other processes."""
+        grams = compressed(self.searched, problem, (), some)
+        return replace(self, problem=problem, followers=tuple(some), grams=grams)
 
     @property
     def _model(self) -> Model:
@@ -325,12 +329,8 @@ class DriverEvidence:
         joints, stage = np.flatnonzero(self.problem.noise.joints).tolist(), self.searched.stage
         if not joints:
             return None
-        whole = stage.problem.with_noise(stage.geometric_problem.noise)
-        found = (*self.followers, *products(whole, stage.fit.x, self.path, joints))
-        problem = self.problem.with_noise(self.problem.typical_noise)
-        return replace(
-            self, problem=problem, followers=found, grams=compressed(self.searched, problem, (), found)
-        )
+        found = (*self.followers, *products(stage.weighed, stage.fit.x, self.path, joints))
+        return self._of(self.problem.with_noise(self.problem.typical_noise), found)
 
     def surprise(self, model: Model) -> float:
         """Negative log likelihood that a model leaves with this noise, and what its own variances cost."""

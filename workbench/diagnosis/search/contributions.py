@@ -14,11 +14,14 @@ from workbench.diagnosis.search.evidence import Model, without_each_fold
 from workbench.diagnosis.search.gram_matrices import Coefficients
 from workbench.diagnosis.search.rounds import Searched
 
+MAX_LEFT = 0.95
+"""Share of an error that a correction may leave to be worth a word."""
+
 
 def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, "models 2"]:
     """Cross-validated rms errors that models of a search's terms leave [mm, deg]; NaN if not measured."""
     grams, stage = searched.grams, searched.stage
-    problem, x = stage.problem.with_noise(stage.geometric_problem.noise), stage.fit.x
+    problem, x = stage.weighed, stage.fit.x
     solutions = np.stack([without_each_fold(grams, m)[0] for m in models], axis=2)
     tried = Coefficients.of(problem, x, [t.candidate.effect for t in searched.model])
     steps = solutions[:, grams.columns(tried.names)] / grams.scales(tried.names)[:, None]
@@ -39,3 +42,9 @@ def remaining(searched: Searched, models: Sequence[Model]) -> Float[np.ndarray, 
         for mine, unit in zip(problem.channels[:2], (1e3, float(np.rad2deg(1.0))), strict=True)
     ]
     return np.stack(errors, axis=1)
+
+
+def reduced(before: Sequence[float], after: Sequence[float]) -> str:
+    """Which rms errors, of positions [mm] and orientations [deg], something noticeably reduces, in words."""
+    changes = zip(before, after, (" mm", "°"), strict=True)
+    return " and ".join(f"{old:.3g} to {new:.3g}{u}" for old, new, u in changes if new < MAX_LEFT * old)

@@ -79,6 +79,11 @@ class Stage:
         return self.fit.problem
 
     @property
+    def weighed(self) -> Problem:
+        """The same, weighed by what the fit leaves."""
+        return self.problem.with_noise(self.geometric_problem.noise)
+
+    @property
     def motion(self) -> Motion:
         """Motion of the fitted rows."""
         return Motion.of(self.problem.data)
@@ -186,9 +191,8 @@ def compressed_at(
     line: Timeline | None = None,
 ) -> Grams:
     """Inner products at a stage's fit, with the history for events if requested."""
-    problem = stage.problem.with_noise(stage.geometric_problem.noise)
     changed, pieces = [k.event for k in kinds], None if line is None else line.piece
-    return compress(problem, stage.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
+    return compress(stage.weighed, stage.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
 
 
 def _better(searched: Searched) -> bool:
