@@ -300,12 +300,9 @@ def test_joints_without_a_column_of_directions_have_none(tmp_path):
     assert read_measurements(tmp_path / "t.csv").direction.tolist() == [[0, 1], [0, -1]]
 
 
-def test_exponents_of_fortran_and_web_pages_are_told(tmp_path):
+def test_exponents_of_fortran_are_numbers():
     assert [*map(number_in, ("-2.5D-01", "2d+2"))] == [-0.25, 200.0]
     assert np.isnan(number_in("12D3"))
-    (tmp_path / "t.xls").write_text("<html><body><table><tr><th>q1[deg]</th></tr></table></body></html>")
-    with refuses(FileError, "a web page"):
-        read_measurements(tmp_path / "t.xls")
 
 
 def test_humps_part_words_but_none_that_is_known():

@@ -8,7 +8,7 @@ says goes before all of these.
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate, chain, groupby, pairwise, repeat
+from itertools import accumulate, chain, groupby, pairwise, repeat, zip_longest
 from typing import NamedTuple
 
 from workbench.arm.robot import Robot
@@ -126,12 +126,12 @@ def with_points(grid: Grid) -> Grid:
 
 def turned(grid: Grid) -> Grid:
     """The grid with its headings above where they stand in the first column, beside one for each pose."""
-    keys, width = {*keys_of([row[0] for row in grid.rows if row])}, max(map(len, grid.rows), default=0)
+    keys = {*keys_of([cell for row in grid.rows for cell in row[:1]])}
     if "q1" not in keys or not any(map(is_observed, keys)) or named_keys(grid):
         return grid
-    rows, notes = zip(*(row + [""] * (width - len(row)) for row in grid.rows), strict=True), [*grid.notes]
-    notes.append("the headings stand in the first column: each other column is a row")
-    return replace(grid, rows=[*map(list, rows)], lines=[*range(1, width + 1)], notes=tuple(notes))
+    rows = [*map(list, zip_longest(*grid.rows, fillvalue=""))]
+    notes = *grid.notes, "the headings stand in the first column: each other column is a row"
+    return replace(grid, rows=rows, lines=[*range(1, len(rows) + 1)], notes=notes)
 
 
 class _Part(NamedTuple):
