@@ -9,7 +9,7 @@ from workbench.base.wording import capital
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.drivers.driver import Driver, Shape
+from workbench.diagnosis.drivers.driver import OPPOSED, Driver, Shape
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.remaining_error import MAX_NOISE_RATIO, RemainingError
 from workbench.diagnosis.result import Verdict
@@ -108,6 +108,8 @@ def _driver_text(followed: FollowedDriver) -> str:
         law = "check the column 'payload', row by row and its unit, and where it hangs"
     if followed.shape is Shape.HANGS:
         law = "check where it hangs"
+    if any(part.phrase == OPPOSED for part in followed.parts):
+        law = "turn these signs"
     if followed.driver is Driver.COLUMN:
         law = "say what the column is (--columns), or fit its rows by themselves"
     if any(f.shape is Shape.TURNED for f in (*followed.parts, *followed.either)):

@@ -81,7 +81,8 @@ MIN_MIXED = 0.3
 order."""
 TIME, SESSION, SPEED, WAY = "the time", "the session", "the speed of the joints", "the way by which {} came"
 """They in words."""
-AS_UNDER = "as under a payload"
+LOAD, AS_UNDER = "the load of {}", "as under a payload"
+OPPOSED = "the load of {} as if the torque columns had the other sign"
 UNSTATED = f"the load of {{}}, {AS_UNDER} that isn't stated"
 TILTED = "the load of {}, as under gravity in another direction"
 QUICK_TIMES = 26
@@ -373,7 +374,7 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
         shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
         simple = (Shape.LINE, load[:, None]), (Shape.JUMP, leap)
         for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
-            yield by_load("the load of {}", found, joints=(j,), shape=shape, tag=f" {k}")
+            yield by_load(LOAD, found, joints=(j,), shape=shape, tag=f" {k}")
         if j in rows.lengths:
             what = "the load of {}, in the lengths of its link"
             free = np.column_stack([load, np.abs(load), leap])
@@ -567,8 +568,8 @@ def _places(rows: DrivenRows) -> Iterator[Follower]:
 
 
 def _pulls(rows: DrivenRows) -> Iterator[Follower]:
-    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q; a weight there does
-    so by f alone, along gravity, or one that isn't the file's."""
+    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q; a weight there by
+    f alone, along gravity, which may not be the file's."""
     place = tool_poses(rows.arm, rows.motion)[:, :3, 3] / rows.arm.reach
     pulls = np.concatenate([rows.ways, rows.ways @ place[..., None]], axis=2)
     for j in rows.varied(pulls):
