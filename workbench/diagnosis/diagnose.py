@@ -30,7 +30,7 @@ from workbench.diagnosis.gravity_tilt import gravity_direction_causes
 from workbench.diagnosis.mended_rows import MAX_MENDS, MendedRows, changes
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.notes import notes
-from workbench.diagnosis.payload import MISSTATED, misstated_payload, refuse_heavy
+from workbench.diagnosis.payload import MISSTATED, misstated_payload, refuse_heavy, with_sign
 from workbench.diagnosis.remaining_error import CHANGED, LAGGED, RemainingError
 from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
@@ -164,7 +164,7 @@ def _followed(
         held = (e for e in others if any(p.holds(e, chain) for p in (*follows.parts, *follows.either)))
         return tuple(dict.fromkeys(e.name for e in (held if follows.either else mine)))
 
-    found = tuple(replace(f, laws=kinds(f)) for f in found)
+    found = tuple(replace(with_sign(f, drivers, sure), laws=kinds(f)) for f in found)
     return found, ask(
         "a correction", lambda: drivers.correction(rest, search.after.judged) if rest else "", ""
     )

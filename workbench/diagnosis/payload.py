@@ -27,7 +27,7 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.confidence import PROBABLE
-from workbench.diagnosis.drivers.driver import AS_UNDER, DrivenRows, Driver, Follower, Shape
+from workbench.diagnosis.drivers.driver import AS_UNDER, LOAD, OPPOSED, DrivenRows, Driver, Follower, Shape
 from workbench.diagnosis.drivers.evidence import (
     MIN_GAIN,
     DriverEvidence,
@@ -35,7 +35,7 @@ from workbench.diagnosis.drivers.evidence import (
     compressed,
     what_add,
 )
-from workbench.diagnosis.search.evidence import Offer, coefficients, left_of
+from workbench.diagnosis.search.evidence import Model, Offer, coefficients, left_of
 from workbench.diagnosis.search.gram_matrices import Grams
 
 STEP = 0.1
@@ -118,6 +118,19 @@ def misstated_payload(drivers: DriverEvidence, whole: Dataset) -> tuple[Followed
         return ()
     part = replace(found[what], phrase=f"{MISSTATED}: {_text(what, more, np.unique(carried))}")
     return (FollowedDriver(Driver.LOAD, (part,), lead, None),)
+
+
+def with_sign(follows: FollowedDriver, drivers: DriverEvidence, sure: Model) -> FollowedDriver:
+    """Where torques are measured, a load says if it is opposite to what bends its joints."""
+    if drivers.problem.robot.has_masses or follows.driver is not Driver.LOAD:
+        return follows
+    lines = [f for f in drivers.followers if f.shape is Shape.LINE and f.phrase == LOAD]
+    found = what_add(left_of(drivers.grams, sure), [f for f in lines if {*f.joints} <= {*follows.joints}])
+    sizes = coefficients(drivers.grams, (*sure, *(o.term for o in found.values())))
+    if not found or min(sizes[n] for f in found for n in f.candidate.names) <= 0.0:  # loads bend by −c τ
+        return follows
+    parts = (replace(p, phrase=OPPOSED) if p.phrase == LOAD else p for p in follows.parts)
+    return replace(follows, parts=tuple(parts))
 
 
 def _text(what: str, more: np.ndarray, levels: np.ndarray) -> str:

@@ -9,7 +9,7 @@ from workbench.base.wording import capital
 from workbench.diagnosis.cause_search import CauseSearch
 from workbench.diagnosis.claims.cause import Cause, ResidualMap, is_named
 from workbench.diagnosis.confidence import Confidence
-from workbench.diagnosis.drivers.driver import Shape
+from workbench.diagnosis.drivers.driver import OPPOSED, Driver, Shape
 from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.remaining_error import MAX_NOISE_RATIO, RemainingError
 from workbench.diagnosis.result import Verdict
@@ -102,6 +102,10 @@ def _driver_text(followed: FollowedDriver) -> str:
     kinds = " or ".join(followed.laws)
     law = f"it may be {kinds}: measure where both differ" if followed.either else f"it isn't simply {kinds}"
     law = law if kinds else "no known law of it explains the error"
+    if any(part.phrase == OPPOSED for part in followed.parts):
+        law = "turn these signs"
+    if followed.driver is Driver.COLUMN:
+        law = "say what the column is (--columns), or fit its rows by themselves"
     if any(f.shape is Shape.TURNED for f in (*followed.parts, *followed.either)):
         law = "check whether the base is level, as gravity in the robot file says"
     check: dict[Shape | None, str] = {

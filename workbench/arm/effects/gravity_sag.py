@@ -95,7 +95,7 @@ class GravitySag(AbstractEffect):
         return tuple(units.get(term[-1], "rad") for term in self._terms)
 
     def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
-        """No weight deflects a joint further than if its axis were level: about the vertical none does."""
+        """No weight deflects a joint further where its axis is level; about the vertical it feels none."""
         return tuple(min(b, self.credible[0]) for b in super().bounds(chain, motion, wrenches))
 
     def doubt(self, motion: Motion) -> str | None:

@@ -12,6 +12,7 @@
 | | the speed of all joints: places and joints of different times | all joints |
 | time, temperature | all rows | frame, tool, joints, lengths, any constant |
 | two together | a joint's angle, load or motion, and another joint's angle | the joint, if it scatters |
+| column | rows with the same value, where nobody said what it is | as time |
 | place | where the tool is, what an instrument at the frame's origin reads of it | frame |
 | | a pull on the tool to a point, in proportion to the way to it, as by a hose | the joint |
 
@@ -73,12 +74,15 @@ MIN_PLACES, MIN_SPREAD = 20, 1e-3
 """Minimum number of places, and their spread [m]: the distance of a few alone fixes the scale."""
 MAX_MOTION = 3.0
 """Motions above this are alike [rad or m]."""
+MIN_PART, MAX_PARTS = 5, 4
+"""Minimum number of rows with each value of a column, and maximum number of its values."""
 MIN_MIXED = 0.3
 """Share of rows whose nearest posture must be much earlier or later for time to be a driver: 0.64 in no
 order."""
 TIME, SESSION, SPEED, WAY = "the time", "the session", "the speed of the joints", "the way by which {} came"
 """They in words."""
-AS_UNDER = "as under a payload"
+LOAD, AS_UNDER = "the load of {}", "as under a payload"
+OPPOSED = "the load of {} as if the torque columns had the other sign"
 UNSTATED = f"the load of {{}}, {AS_UNDER} that isn't stated"
 TILTED = "the load of {}, as under gravity in another direction"
 QUICK_TIMES = 26
@@ -96,6 +100,7 @@ class Driver(StrEnum):
     TIME = "time"
     TEMPERATURE = "temperature"
     PLACE = "place"
+    COLUMN = "column"
 
 
 def driver_of(effect: AbstractEffect) -> Driver:
@@ -227,6 +232,11 @@ class DrivenRows:
         return self.arm.chain
 
     @cached_property
+    def ways(self) -> Float[np.ndarray, "rows n 3"]:
+        """Ways of the tool by every joint."""
+        return geometric_jacobian(self.arm, self.motion.q)[:, :3].transpose(0, 2, 1)
+
+    @cached_property
     def down(self) -> Vector3:
         """Direction of gravity in the measuring frame; zero without gravity."""
         pull = self.arm.base.rotation @ self.arm.gravity
@@ -352,6 +362,7 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
     if heavy is not None and np.isfinite(heavy).all() and (spread := float(heavy.std())) > 0.0:
         carried = smooth((heavy - heavy.mean()) / spread, CARRIED_LENGTH)
         yield from _through_all(rows, Driver.LOAD, "the payload", carried)
+    yield from _payloads(rows, Driver.LOAD, UNSTATED, np.ones((len(rows.data), 1)))
     if not len(rows.wrenches):
         return
     chain, q, by_load = rows.chain, rows.motion.q, partial(rows.follower, Driver.LOAD, by_load=True)
@@ -363,7 +374,7 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
         shapes += [load[:, None] * with_one(smooth(q[:, j], OTHER_LENGTH))] if j in rows.alive else []
         simple = (Shape.LINE, load[:, None]), (Shape.JUMP, leap)
         for k, (shape, found) in enumerate([*((None, f) for f in shapes), *simple]):
-            yield by_load("the load of {}", found, joints=(j,), shape=shape, tag=f" {k}")
+            yield by_load(LOAD, found, joints=(j,), shape=shape, tag=f" {k}")
         if j in rows.lengths:
             what = "the load of {}, in the lengths of its link"
             free = np.column_stack([load, np.abs(load), leap])
@@ -388,7 +399,6 @@ def _loads(rows: DrivenRows) -> Iterator[Follower]:
             free = np.column_stack([smooth_plane(scaled, ACROSS_LENGTH), leap])
             for shape, features in ((None, free), (Shape.LINE, scaled), (Shape.JUMP, leap)):
                 yield by_load(what, features, joints=(j,), kind=kind, shape=shape)
-    yield from _payloads(rows, Driver.LOAD, UNSTATED, np.ones((len(rows.data), 1)))
     if carried is not None:
         yield from _payloads(rows, Driver.LOAD, "the load of {} and the payload", with_one(carried), kg=0.0)
     yield from _gravities(rows)
@@ -469,12 +479,15 @@ def products(
 
 def _payloads(rows: DrivenRows, driver: Driver, phrase: str, shape: Features, kg=1.0) -> Iterator[Follower]:
     """A payload more, or with 0 kg the load itself, times some shape over the rows, through soft joints."""
+    is_line, loads = driver is Driver.LOAD and not rows.arm.has_masses, np.zeros((len(rows.data), 0))
     if rows.arm.has_masses:
         more = rows.wrenches_of(rows.arm, kg) - (rows.wrenches if kg else 0.0)
         loads = own(rows.chain, range(rows.chain.dof), more)
-        for j in rows.varied(loads[:, :, None]):
-            heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
-            yield rows.follower(driver, phrase, heavy * shape, joints=(j,))
+    elif kg and not len(rows.wrenches):
+        loads = rows.ways @ rows.down
+    for j in rows.varied(loads[:, :, None]):
+        heavy = loads[:, j, None] / np.abs(loads[:, j]).max()
+        yield rows.follower(driver, phrase, heavy * shape, joints=(j,), shape=Shape.LINE if is_line else None)
 
 
 def _gravities(rows: DrivenRows) -> Iterator[Follower]:
@@ -499,6 +512,17 @@ def _temperatures(rows: DrivenRows) -> Iterator[Follower]:
         yield from _through_all(rows, Driver.TEMPERATURE, "the temperature", wave)
         softer = "the temperature, as where a joint gives way more when warm, in {}"
         yield from _payloads(rows, Driver.TEMPERATURE, softer, wave - wave.mean(0), kg=0.0)
+
+
+def _columns(rows: DrivenRows) -> Iterator[Follower]:
+    """Columns of the file that nobody named, whose values part the rows."""
+    for heading, cells in rows.data.unread.items():
+        said = heading.replace("{", "{{").replace("}", "}}")
+        _, value, counts = np.unique(cells.astype(str), return_inverse=True, return_counts=True)
+        if 1 < len(counts) <= MAX_PARTS and counts.min() >= MIN_PART:
+            parts, name = np.eye(len(counts))[value][:, 1:], f"the column '{said}'"
+            yield from _through_all(rows, Driver.COLUMN, name, parts)
+            yield from _payloads(rows, Driver.COLUMN, f"{name}, {AS_UNDER} that changes, in {{}}", parts)
 
 
 def _through_all(rows: DrivenRows, driver: Driver, name: str, wave: Features, creep="") -> Iterator[Follower]:
@@ -544,19 +568,16 @@ def _places(rows: DrivenRows) -> Iterator[Follower]:
 
 
 def _pulls(rows: DrivenRows) -> Iterator[Follower]:
-    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q; a weight there
-    does so by f alone, along gravity, or one that isn't the file's."""
-    ways = geometric_jacobian(rows.arm, rows.motion.q)[:, :3].transpose(0, 2, 1)
+    """A force F = f − c p on the tool at p turns a soft joint by its moment aᵀF, a = ∂p/∂q; a weight there by
+    f alone, along gravity, which may not be the file's."""
     place = tool_poses(rows.arm, rows.motion)[:, :3, 3] / rows.arm.reach
-    pulls = np.concatenate([ways, ways @ place[..., None]], axis=2)
+    pulls = np.concatenate([rows.ways, rows.ways @ place[..., None]], axis=2)
     for j in rows.varied(pulls):
         what = "a pull on the tool, as by a hose, in {}"
         yield rows.follower(Driver.PLACE, what, pulls[:, j], joints=(j,))
-        if not len(rows.wrenches):
-            weight, line = pulls[:, j, :3], pulls[:, j, :3] @ rows.down[:, None]
-            yield rows.follower(Driver.LOAD, UNSTATED, line, joints=(j,), shape=Shape.LINE)
-            if line.any() and not rows.problem.frames.levelled:
-                yield rows.follower(Driver.LOAD, TILTED, weight, joints=(j,), shape=Shape.TURNED)
+        if rows.down.any() and not (len(rows.wrenches) or rows.problem.frames.levelled):
+            weight = pulls[:, j, :3]
+            yield rows.follower(Driver.LOAD, TILTED, weight, joints=(j,), shape=Shape.TURNED)
 
 
 _PROCESSES = {
@@ -566,4 +587,5 @@ _PROCESSES = {
     Driver.TIME: _times,
     Driver.TEMPERATURE: _temperatures,
     Driver.PLACE: _places,
+    Driver.COLUMN: _columns,
 }
