@@ -187,9 +187,9 @@ class Fit(AbstractReported):
 
     @cached_property
     def _adrift(self) -> Float[np.ndarray, "p n"]:
-        """Directions [natural units] of base and tool that neither rows nor expected constants hold."""
+        """Directions [natural units] of base, tool and markers that neither rows nor the prior hold."""
         unseen = np.hstack([self.factor.null_space, self.factor.weak])
-        of_frames = [p.name.startswith(OF_FRAMES) for p in self.parameters]
+        of_frames = [p.name.startswith((*OF_FRAMES, "marker")) for p in self.parameters]
         return unseen[:, np.linalg.norm(unseen[of_frames], axis=0) > OF_FRAMES_ALONE]
 
     @property

@@ -58,7 +58,7 @@ EXPLAINED, DELAYED, CHANCE = 0.5, 0.7, 1e-3
 """Share of an error that a scale or a following joint must leave at most, a delay, and their chance if there
 is none."""
 TWO_ARMS, PLAYS = 0.3, 2.0
-"""Share of an error that constants of two arms must leave at most, and how often as much the joints' zeros
+"""Share of an error that constants of two arms must leave at most, and how often as much one joint
 alone, at least: where rows are of one kind 0.38 and more are left, where a joint plays as much."""
 COMPUTED = 1e-5
 """Share of the reach up to which an arm meets rows that were computed with it, as it does none of another."""
@@ -245,7 +245,7 @@ def two_kinds(fit: Fit, data: Dataset) -> str:
 @beside("rows of two arms", "")
 def two_arms(fit: Fit, data: Dataset) -> str:
     """`40 of 80 rows (rows 1, 3, …) need constants of their own, which leave 5 % of …`, or empty; not where
-    zeros of the joints alone explain as much, as if a joint plays.
+    one joint's zero and axis explain as much, as if it or its bearing plays.
 
     To first order about the fit e = J s δ, where s is 0 or 1 for each posture. Begun along the direction in
     which the postures' gradients Jᵀ e spread most, s and δ are found in turn.
@@ -273,9 +273,14 @@ def two_arms(fit: Fit, data: Dataset) -> str:
     if share > TWO_ARMS or not MIN_SHARE < away.mean() < 1.0 - MIN_SHARE:
         return ""
     left, ways, *_ = _by_joints(fit, away[posture][:, None, None] * np.eye(dof))
-    zeros = left - ways @ np.linalg.lstsq(ways, left, rcond=1e-6)[0]
-    if np.linalg.norm(zeros) < PLAYS * share * np.linalg.norm(left):
-        return ""
+    own = away[rows, None] * problem.evaluate(fit.x).jacobian[: problem.size]
+    whose = np.array([*range(1, dof + 1), *(_joint_of(name, dof) for name in problem.names)])
+    ways = np.hstack([ways, _explained(fit, problem, own)[1]])
+    for j in range(1, dof + 1):  # play of a joint, or of its bearing
+        near = ways[:, (whose == j) | (whose == j - 1)]
+        off = left - near @ np.linalg.lstsq(near, left, rcond=1e-6)[0]
+        if np.linalg.norm(off) < PLAYS * share * np.linalg.norm(left):
+            return ""
     few = (away if away.mean() <= 0.5 else ~away)[posture]
     if computed := _computed(fit, data, few) or _computed(fit, data, ~few):
         return computed
@@ -283,6 +288,12 @@ def two_arms(fit: Fit, data: Dataset) -> str:
     leave = f"{100.0 * share:.2g} % of the error that all have together"
     why = "another arm's, or of another time? Fit them by themselves"
     return f"{which} need constants of their own, which leave {leave}: {why}"
+
+
+def _joint_of(name: str, dof: int) -> int:
+    """The joint of a constant, from 1; 0 for the base, and behind the last one."""
+    found = re.match(r"joint(\d+)\.", name)
+    return int(found[1]) if found else dof + 1 if name.startswith("tool") else 0
 
 
 def _computed(fit: Fit, data: Dataset, some: Bool[np.ndarray, " n"]) -> str:
