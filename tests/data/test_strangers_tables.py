@@ -190,7 +190,7 @@ def test_joints_stand_behind_their_names(tmp_path, form):
 def test_angles_in_minutes_numbers_for_nothing_and_a_load_by_its_weight(tmp_path):
     rows = ["-130°30'36\"", "12°0′0.0″", "1.5"], ["-9999", "2", "99999.9"], ["9.80665", "0", "20"]
     text = "\n".join(map(";".join, zip(*rows, strict=True)))
-    (tmp_path / "t.csv").write_text(f"A1[deg];x[mm];Last [N]\n{text}\n", encoding="utf-8")
+    (tmp_path / "t.csv").write_text(f"A1[deg];x[mm];Load [N]\n{text}\n", encoding="utf-8")
     values = read_fields(tmp_path / "t.csv").values
     assert np.rad2deg(values["q1"]) == pytest.approx([-130.51, 12.0, 1.5])
     np.testing.assert_allclose(values["x"], [np.nan, 2e-3, np.nan])
@@ -369,3 +369,16 @@ def test_yaml_of_joints_and_poses_is_read_row_by_row(tmp_path):
         (tmp_path / "real" / f"picture_{k:02d}.yaml").write_text(text)
     data = read_measurements(tmp_path / "real")
     assert (data.q.shape, data.position.shape, data.rotation.shape) == ((12, 6), (12, 3), (12, 3, 3))
+
+
+@pytest.mark.parametrize("off", [0.1, 3e-4])
+def test_places_of_three_kinds_are_no_markers(tmp_path, off):
+    """Targets and places, or three repeats, were read as markers of a tool without a word."""
+    places = np.hstack(
+        [POSTURES[:, 6:] + off * np.random.default_rng(k).normal(size=(12, 3)) for k in range(3)]
+    )
+    heads = [*JOINTS, *(f"{k}_{a}[m]" for k in "abt" for a in "xyz")]
+    rows = np.hstack([POSTURES[:, :6], places]).astype(str)
+    (path := tmp_path / "t.csv").write_text("\n".join(map(",".join, [heads, *rows.tolist()])))
+    with pytest.raises(DataError, match="nothing was observed"):
+        read_measurements(path)

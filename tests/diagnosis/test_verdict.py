@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.exports.test_unmeasured_orientation import flanges
 from workbench import Motion, Noise, diagnose, measure_poses, tool_poses
 from workbench.arm import effects as kinds
 from workbench.arm.effects import LocalJointError, UnevenCompliance
 from workbench.arm.gravity import tilted
 from workbench.diagnosis import gravity_tilt
+from workbench.diagnosis.diagnose import NO_WAY
 from workbench.diagnosis.gravity_tilt import GravityTilt
 from workbench.diagnosis.remaining_error import RemainingError
 from workbench.diagnosis.result import Verdict, harm_done
@@ -165,3 +167,20 @@ def test_two_seats_of_a_reflector_are_no_noise(axes):
     told = replace(NOISE_ONLY, places=found)
     assert told.is_more_than_noise
     assert found in told.text(robot.chain)
+
+
+def test_the_first_row_of_a_run_whose_last_motion_nobody_knows_is_no_outlier():
+    rng = np.random.default_rng(6)
+    q = rng.uniform(-2.0, 2.0, (80, 6))
+    came = np.vstack([np.ones(6), np.sign(np.diff(q, axis=0))])
+    seen = flanges(q + 1e-3 * came * [0, 0, 1, 0, 0, 0], rng.normal(0.0, 2e-4, (6, 6))) @ [
+        0.03,
+        0.0,
+        0.1,
+        1.0,
+    ]
+    rows = wb.Dataset(q=q, position=seen[:, :3] + rng.normal(0.0, 2e-5, (80, 3)), time=np.arange(80.0))
+    found = wb.diagnose("ur5", rows, held_out=0.0)
+    assert not len(found.outliers)
+    assert [why for row, why in found.excluded if row == 0] == [NO_WAY]
+    assert [c.kind for c in found.causes] == ["backlash"]

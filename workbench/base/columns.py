@@ -92,7 +92,7 @@ COLUMNS: PartTable[Column] = PartTable(
         driver=True,
         usual=(24.0, 5.0),
     ),
-    Column(name="payload", quantity=Quantity.MASS, also=("nutzlast", "load", "last", "mass"), driver=True),
+    Column(name="payload", quantity=Quantity.MASS, also=("nutzlast", "load", "mass"), driver=True),
     Column(
         name="torque",
         quantity=Quantity.TORQUE,

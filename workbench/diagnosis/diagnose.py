@@ -46,6 +46,9 @@ from workbench.identification.problem import Noise
 from workbench.identification.rows.excluded_outliers import GROSS, MAX_NAMED_ROWS, prepare_without_outliers
 from workbench.identification.run import Run
 
+NO_WAY = "the first row, of which no row before it tells by which way it came"
+"""Why a row that an effect of motion can't predict is left out."""
+
 
 @checked_arguments(FitChoices)
 @whole_or_nothing()
@@ -222,11 +225,15 @@ def _diagnosis(
         harm = CHANGED
     message = " ".join(filter(None, (message, *_additions(search, saved, harm))))
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
+    first = np.zeros(len(outliers), bool)
+    if ready.data.direction is not None and any("direction" in e.needs for e in fit.arm.effects):
+        first = np.asarray(~ready.data.direction[outliers].any(1))
+    begun, outliers = outliers[first].tolist(), outliers[~first]
     weighings = search.first.fit.problem.noise, ready.problem.noise
     geometries = {each: best_geometry(each, weighings) for each in {fit, saved.fit}}
     texts = {c.effects[0].names: c.text for c in causes if len(c.effects) == 1}
     split = ready.split | {
-        "excluded": tuple(e for e in ready.excluded if e[1] != GROSS),
+        "excluded": (*(e for e in ready.excluded if e[1] != GROSS), *((k, NO_WAY) for k in begun)),
         "notes": tuple(filter(None, notes(search, saved, outliers, given))),
     }
     return Diagnosis(

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
@@ -192,7 +193,8 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
         return found | dict(zip(sets[0], "xyz", strict=True))
     parts = zip(*(re.split(r"[_\s]", normalised(lengths[own[0]])) for own in sets), strict=False)
     told = [own for own in parts if len({*own}) > 1]  # points that one letter or number tells apart
-    if len(sets) > 2 and [len({*own}) for own in told] == [len(sets)] and max(map(len, told[0])) == 1:
+    is_lettered = [len({*own}) for own in told] == [len(sets)] and max(map(len, told[0])) == 1
+    if len(sets) > 2 and is_lettered and _are_one_body([_numbers(table, own) for own in sets]):
         points = enumerate(sets, 1)
         return found | {k: f"m{n}{a}" for n, own in points for k, a in zip(own, "xyz", strict=True)}
     is_alone = (len(lengths), len(words)) == (1, 1) and "time" not in keys
@@ -437,6 +439,12 @@ def _triples(unread: Mapping[int, str], *, has_actual: bool) -> list[list[int]]:
 
 def _numbers(table: Table, columns: list[int], rows: int | None = None) -> np.ndarray:
     return np.array([numbers_in(table.columns[k])[:rows] for k in columns]).T
+
+
+def _are_one_body(points: Sequence[np.ndarray]) -> bool:
+    """Whether points keep their distances, as those of a tool do: not targets beside places, nor repeats."""
+    far = np.array([np.linalg.norm(a - b, axis=1) for a, b in combinations(points, 2)])
+    return bool((np.nanstd(far, axis=1) <= NEAR * np.nanmean(far, axis=1)).all())
 
 
 def _follow_each_other(one: np.ndarray, other: np.ndarray) -> bool:
