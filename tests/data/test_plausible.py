@@ -71,6 +71,16 @@ def test_what_is_odd_is_noted(data, word):
     assert re.search(word, notes[0])
 
 
+@pytest.mark.parametrize(("settling", "notes"), [(0.0, 0), (1e-3, 1)])
+def test_readings_that_began_before_the_arm_stood_still(settling, notes):
+    rows = dataset(60, q=np.repeat(dataset().q[:12], 5, axis=0))
+    place = np.repeat(rows.position[::5], 5, axis=0) + 2e-5 * np.random.default_rng(3).normal(size=(60, 3))
+    place[:, 0] += settling * np.tile(np.exp(-np.arange(5.0)), 12)
+    found = checked(ARM, replace(rows, position=place)).notes
+    assert len(found) == notes
+    assert notes == 0 or "leave out rows 0, 1, 5, 6, 10, 11" in found[0]
+
+
 def test_independent_readings_at_equal_joints_are_no_copies():
     q = np.zeros((3, 3))
     still = Dataset(q=q, tilt={1: np.array([[0.0, 1e-4], [0.0, 2e-4], [0.0, 1e-4]])})

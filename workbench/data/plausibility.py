@@ -15,13 +15,16 @@ from workbench.arm.joint_units import implausible_joint, sliding
 from workbench.arm.robot import Robot
 from workbench.arm.urdf import tip_of
 from workbench.base.errors import DataError, ShapeError
+from workbench.base.remedy import remedy
 from workbench.base.units import Quantity, conversion
-from workbench.base.wording import plural
+from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
-from workbench.data.postures import equal_rows
+from workbench.data.postures import equal_rows, postures
 
 SLACK, NO_DIFFERENCE = 0.05, 1e-6
 """How far beyond a limit a joint may be without a note, and what is no difference [rad or m]."""
+MIN_STILLS, SETTLED, NOTICED = 8, 4.0, 2e-5
+"""How many stills tell whether readings settle; by which factor [1], and beyond which distance [m]."""
 UNCOMPARED = {"row", "place", "group", "exclude", "reason"}
 """Columns that tell nothing of what was measured."""
 
@@ -42,7 +45,7 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     if q is None:
         return dataset
     dataset = _without_copies(dataset)
-    notes = dict.fromkeys((*dataset.notes, *_joint_notes(dataset, robot.limits)))
+    notes = dict.fromkeys((*dataset.notes, *_joint_notes(dataset, robot.limits), *_settling(dataset)))
     return revised(dataset, notes=tuple(notes))
 
 
@@ -97,6 +100,23 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> Iterator
     if len(q) > 1 and still:
         why = "their errors can't be distinguished from their neighbours'"
         yield f"joint(s) {', '.join(map(str, still))} never move: {why}"
+
+
+def _settling(dataset: Dataset) -> Iterator[str]:
+    """Readings of stills that move on until their middle and stay then: scatter and drift don't end there."""
+    seen = dataset.position if dataset.markers is None else dataset.markers[:, 0]
+    if seen is None:
+        return
+    rows = np.flatnonzero(dataset.included & np.isfinite(seen).all(1))
+    stills = np.split(rows, np.flatnonzero(np.diff(postures(dataset.q[rows]))) + 1)
+    stills = [k for k in stills if len(k) > 2]
+    ways = [seen[k[[0, -1]]] - seen[k[len(k) // 2]] for k in stills]
+    early, late = np.median(np.linalg.norm(ways, axis=2), axis=0) if len(ways) >= MIN_STILLS else (0.0, 0.0)
+    if early > SETTLED * max(late, NOTICED):
+        before = dataset.row[np.concatenate([k[: len(k) // 2] for k in stills])].tolist()
+        moved = f"moves by {in_mm(early)}, then by {in_mm(late)}: they began before the arm stood still"
+        out = f"leave out rows {ranges(before)}{remedy(' (--exclude)', page='')}"
+        yield f"until the middle of its readings the point of a posture {moved}; {out}"
 
 
 def _without_copies(dataset: Dataset) -> Dataset:
