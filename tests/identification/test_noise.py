@@ -98,3 +98,15 @@ def test_repeats_without_a_pose_leave_the_noise_of_the_others(rows, missing):
     # 58 degrees of freedom of three components each: 5 % of a standard deviation
     assert noise.position == pytest.approx(SIGMA[0], rel=0.2)
     assert noise.rotation == pytest.approx(SIGMA[1], rel=0.2)
+
+
+def test_eight_poses_tell_the_noise_of_both_channels():
+    """Their geometry could pass through all positions, and a fit that weighs them ever more would."""
+    ratios = []
+    for seed in range(16):
+        rng = np.random.default_rng(seed)
+        arm = generator.aria().perturbed(rng, 1e-3, 3e-3)
+        q = arm.random(rng, 8)
+        found = identify(load_robot("aria"), Dataset(q, *arm.measure(q, rng, *SIGMA)), held_out=0.0)
+        ratios.append(found.best.fit.problem.noise.position / SIGMA[0])
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.12)

@@ -39,6 +39,8 @@ ROOT_TOLERANCE = 1e-12  # of two steps that are the same
 PARTS = np.linspace(np.log(1e-3), np.log(2.0), 20)
 """Logarithms of the shares of the residual that are tried for s; at the first one s counts as 0 if all rows
 state their own sigma."""
+MIN_FREE, FEW_FREE = 0.02, 10.0
+"""Least free share of the components; components per unknown up to which that of channels differs much."""
 ROUNDING_NOISE = Noise(1e-8, 1e-8)
 """Residuals below this [m or rad] are rounding; the stated values are kept."""
 
@@ -89,7 +91,8 @@ def beyond_stated(
     """s of every channel at x: the residual beyond what the rows state, the old one for channels without any;
     None if it is rounding, or unknown.
 
-    Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none.
+    Degrees of freedom follow from the trace of the hat matrix, so that prior knowledge costs none; for few
+    rows from that of each channel, as a fit through one of two leaves nothing to tell its noise by.
 
     Args:
         in_all: Whether it is the root mean square of the residual instead, as for rows that state nothing.
@@ -97,11 +100,13 @@ def beyond_stated(
     own = problem.own_sigma**2 * (not in_all)
     if (share := spare_share(problem, x, factor)) is None:
         return None
-    square, is_stated = problem.physical(problem.residual(x)) ** 2 / share, bool((own > 0.0).any())
+    square, is_stated = problem.physical(problem.residual(x)) ** 2, bool((own > 0.0).any())
+    shares = _shares_of_channels(problem, x, factor, share)
     sizes = [problem.noise.position if is_stated else np.nan, problem.noise.rotation, problem.noise.tilt]
     for k, m in enumerate(problem.channels):
         if m.any():
-            sizes[k] = _most_likely(square[m], own[m]) if is_stated else float(np.sqrt(square[m].mean()))
+            mine = square[m] / shares[k]
+            sizes[k] = _most_likely(mine, own[m]) if is_stated else float(np.sqrt(mine.mean()))
     is_rounding = sizes[0] < ROUNDING_NOISE.position or not min(sizes[1:]) >= ROUNDING_NOISE.rotation
     return None if is_rounding and not is_stated else Noise(sizes[0], sizes[1], tilt=sizes[2])
 
@@ -152,7 +157,19 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 def spare_share(problem: Problem, x: np.ndarray, factor: Factor | None = None) -> float | None:
     """Degrees of freedom as a share of the components; None if none is left."""
     free = degrees_of_freedom(problem, factor_at(problem, x) if factor is None else factor)
-    return None if free < 1.0 else max(free / problem.count, 0.02)
+    return None if free < 1.0 else max(free / problem.count, MIN_FREE)
+
+
+def _shares_of_channels(
+    problem: Problem, x: np.ndarray, factor: Factor | None, whole: float
+) -> tuple[float, ...]:
+    """Share of each channel's components that is free; of one channel, or many rows, as of all."""
+    channels = problem.channels
+    if sum(bool(m.any()) for m in channels) < 2 or problem.count > FEW_FREE * len(problem.names):
+        return (whole,) * len(channels)
+    root = (factor_at(problem, x) if factor is None else factor).root
+    used = np.concatenate([((p.jacobian @ root) ** 2).sum(1) for _, p in problem.pieces(x)])
+    return tuple(max(1.0 - float(used[m].mean()), MIN_FREE) if m.any() else whole for m in channels)
 
 
 def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
