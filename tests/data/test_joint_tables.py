@@ -1,6 +1,7 @@
 """Measurements whose joints stand in a table of their own."""
 
 import numpy as np
+import pytest
 from refusals import refuses
 
 import workbench as wb
@@ -66,3 +67,19 @@ def test_by_the_number_in_names_and_several_points_of_a_posture(tmp_path):
     data = wb.read_measurements(points(tmp_path, names), joint_table=path)
     np.testing.assert_allclose(data.markers.reshape(8, 3), PLACES, atol=1e-9)
     np.testing.assert_allclose(data.q, Q[:4])
+
+
+@pytest.mark.parametrize("form", ["t.npy", "t.txt", "t.csv"])
+def test_matrices_have_their_joints_in_another_table(tmp_path, form):
+    poses = np.tile(np.eye(4), (8, 1, 1))
+    poses[:, :3, 3] = PLACES
+    if form == "t.npy":
+        np.save(tmp_path / form, poses)
+    elif form == "t.txt":
+        np.savetxt(tmp_path / form, poses.reshape(-1, 4))
+    else:
+        head = ",".join(f"T{i}{j}" for i in range(1, 5) for j in range(1, 5))
+        np.savetxt(tmp_path / form, poses.reshape(8, 16), delimiter=",", header=head, comments="")
+    data = wb.read_measurements(tmp_path / form, joint_table=joints(tmp_path, range(8)))
+    assert data.position == pytest.approx(PLACES)
+    assert data.q == pytest.approx(Q)

@@ -130,6 +130,7 @@ HEAD, R = "q1[deg],x[mm],y[mm],z[mm]", ",0,1,0,-1,0,0,0,0,1\n"
         ("q1[deg],x1[mm],y1[mm],z1[mm]\n1,1,2,3\n2,9,9,9\n3,4,5,6\n", []),
         ("A1[deg],A1_ACT[deg],q_ref1[deg],x[mm],y[mm],z[mm]\n0,1,5,1,2,3\n0,2,5,9,9,9\n0,3,5,4,5,6\n", []),
         ("q1[deg],q1[arcmin],x[mm],y[mm],z[mm]\n1,60,1,2,3\n2,120,9,9,9\n3,180,4,5,6\n", []),
+        ("J1/deg;X reached/mm;X goal/mm;Y/mm;Z/mm\n1;1;0;2;3\n2;2,5-;0;9;9\n3;4;0;5;6\n", []),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],
 )
@@ -289,9 +290,31 @@ def test_a_lone_column_of_seconds_or_of_a_clock_that_goes_on_is_the_time(tmp_pat
     assert read_measurements(path).time is None
 
 
-def test_a_lone_temperature_is_known_by_its_unit(tmp_path):
-    path = named_table(tmp_path / "t.csv", "Arm unten (°C)", *JOINTS[:5], "x[mm]", "y[mm]", "z[mm]")
-    assert read_measurements(path).temperature == pytest.approx(POSTURES[:, 0])
+@pytest.mark.parametrize(
+    ("head", "key"), [("Arm unten (°C)", "temperature"), ("CPU (°C)", None), ("Load [N]", None)]
+)
+def test_a_lone_temperature_is_known_by_its_unit(tmp_path, head, key):
+    """A force gauge's readings were loads, a controller's temperature the arm's."""
+    path = named_table(tmp_path / "t.csv", head, *JOINTS[:5], "x[mm]", "y[mm]", "z[mm]")
+    assert key or read_measurements(path).payload is None is read_measurements(path).temperature
+    assert not key or getattr(read_measurements(path), key) == pytest.approx(POSTURES[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (f"Before\n{HEAD}\n1,1,2,3\nAfter\n{HEAD}\n1,2,2,3\n", "'After' in lines 5–6"),
+        (
+            "q1[deg],x_calc[mm],y_calc[mm],z[mm]\n1,1,2,3\n",
+            "as measured, not as in 'x_calc[mm]', 'y_calc[mm]'",
+        ),
+        (f"{HEAD}\n1,1,2,\n2,1,2,\n", "no cell of 'z[mm]' holds a value"),
+    ],
+)
+def test_what_is_no_measurement_is_not_pooled_and_is_named(tmp_path, text, why):
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(WorkbenchError, match=re.escape(why)):
+        read_measurements(tmp_path / "t.csv")
 
 
 def test_joints_without_a_column_of_directions_have_none(tmp_path):

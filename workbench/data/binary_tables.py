@@ -92,7 +92,8 @@ def _sheet_cells(sheet) -> Cells:
         if len(row) > MAX_COLUMNS:
             raise ChildError(f"row {number} reaches beyond column {MAX_COLUMNS}")
         cells = [text_of(value) for value in row]
-        if any(cells) and not next(cell for cell in cells if cell).startswith("#"):
+        first = next(filter(None, cells), "#")
+        if first == "#" != "".join(cells) or not first.startswith("#"):  # alone it heads a column of numbers
             rows.append(cells)
             lines.append(number)
     return rows, lines

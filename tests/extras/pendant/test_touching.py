@@ -160,8 +160,27 @@ def downwards(*yaws):
         (lambda arm: np.rad2deg(np.angle(np.exp(1j * np.array(pivot(arm, 6))))), "degrees labelled rad", 1),
         (lambda arm: list(random_joints("ur5e", 6)), "choose the robot", 2),
         (lambda arm: pivot(arm, 4, noise=2e-3), "different orientations", 2),
+        (
+            lambda arm: pivot(arm, 6) + [q + np.eye(6)[5] for q in pivot(arm, 4, seed=2)],
+            "from 7 on are of another tool",
+            2,
+        ),
+        (
+            lambda arm: pivot(arm, 6) + [tip_at(arm, 1.01 * POINT, seed=k) for k in range(4)],
+            "7 on are of another point",
+            2,
+        ),
     ],
-    ids=["few", "turned about one axis", "not turned", "other units", "another arm", "loose"],
+    ids=[
+        "few",
+        "turned about one axis",
+        "not turned",
+        "other units",
+        "another arm",
+        "loose",
+        "two tools",
+        "two points",
+    ],
 )
 def test_touches_that_give_no_tip_say_why(run, arm, q, text, status):
     ended, _, err = run("tcp", table(q(arm)), "--robot", arm, "--save", "tool.toml")

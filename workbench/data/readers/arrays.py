@@ -323,7 +323,7 @@ def table_of(arrays: Mapping[str, Any], path: Path, what: str = "") -> Grid:
             raise FileError(f"{text}; {POSE_PAIRS}", path=str(path))
         flat = array.reshape(rows, len(names))
         columns |= {n: [str(v) for v in own.tolist()] for n, own in zip(names, flat.T, strict=True)}
-    if what and (not rows or not any(map(meaning_of, columns))):
+    if what and (not rows or not (any(map(meaning_of, columns)) or known_together(columns))):
         text = f"{what}, but no arrays with joints and places of rows; {POSE_PAIRS}; {TABLE}"
         raise FileError(text, path=str(path))
     notes = [f"left out, as not of {rows} rows: {', '.join(left_out)[:200]}"] if left_out else []

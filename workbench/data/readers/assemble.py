@@ -39,7 +39,8 @@ _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 _NAMED = 5
 """Rows of a kind that are named one by one."""
-COUNTERS, MAX_DIGITS = {"#", "id", "idx", "index", "no", "nr", "num", "number", "nummer", "row"}, 10
+COUNTERS = {"#", "id", "idx", "index", "no", "nr", "num", "number", "nummer", "row", "n°", "nº", "№"}
+MAX_DIGITS = 10
 """Columns that count rows in the file's own way, by name, and digits from which on they don't."""
 MAX_PARTS = 40
 """Different cells of a column that may tell which rows belong together."""
@@ -207,7 +208,7 @@ def joint_columns(fields: Fields, joints: Joints, *, some: bool = False) -> Floa
     names = joints.joint_names if isinstance(joints, Robot) else joints
     wanted = names if isinstance(names, int | None) else len(names)
     if not numbers:
-        paired = any(_OF_TARGET.match(heading) for heading in fields.unread)
+        paired = "r11" in fields.values or any(map(_OF_TARGET.match, fields.unread))
         given = remedy(", or give a table of joints (--joints)", page="")
         more = f"; {POSE_PAIRS}" if paired else unread_text(fields.unread, "q1", lacks=wanted or 0)
         raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …{given}{more}")
@@ -323,6 +324,9 @@ def _row_notes(fields: Fields, row: np.ndarray, excluded: Mask, found: Mask, why
     rows = np.flatnonzero(found)
     if len(rows) and (found | excluded).all():
         text = f"no row can be used: data row {row[rows[0]]} {why[rows[0]]}, and so on"
+        empty = [fields.headings.get(k, k) for k, own in fields.values.items() if (own != own).all()]
+        text += f"; no cell of {listed(empty)} holds a value" * bool(empty)
+        text += " (of a formula, only once a spreadsheet has saved it)" * fields.source.endswith(".xlsx")
         raise DataError(f"{fields.source}: {text}")
     notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
     named = rows[:_NAMED].tolist()

@@ -60,6 +60,8 @@ _RATE = re.compile(
     r"(^|_)([qj]_?d+_?\d|d[qj]_?\d|(current|speed|velocity|acceleration|force|previous|last)s?(_|$|\d))"
 )
 """Names of joints' velocities, or of where they should be, and of what is neither a joint nor a place."""
+_ELSEWHERE = re.compile(r"[cg]pu|controller|control_box|cabinet|computer|steuerung|schrank|rechner")
+"""Where temperatures are that tell nothing of the arm's."""
 _DEVIATION = re.compile(r"(d|delta|dev\w*|diff?|err\w*)_?[xyz]|[xyz]_?(delta|dev\w*|diff?|err\w*)")
 
 
@@ -181,7 +183,7 @@ def _by_group(table: Table, columns: Sequence[TableColumn]) -> dict[int, str]:
             lengths[c.index] = name
         elif unit and suits(unit, "q1") and number:
             counted[number[1]][int(number[2])] = c.index
-        elif unit and suits(unit, "temperature"):
+        elif unit and suits(unit, "temperature") and not _ELSEWHERE.search(normalised(name)):
             lone["temperature"].append(c.index)
     runs = [own for own in counted.values() if len(own) > 3 and max(own) - min(own) + 1 == len(own)]
     if len(runs) == 1 and "q1" not in keys:
@@ -263,9 +265,18 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
             return TableColumn(index=column.index, heading=column.heading)
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
+    if key == "payload" and suits(column.unit or "", "force_x") and _is_gauge(column.cells):
+        remark = f"'{column.heading}' changes as a force gauge does, not as a payload, and is left out"
+        return replace(column, key=None, remark=remark)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
     si = column.unit and str(found.quantity)
     return replace(column, conversion=found, remark="; ".join(remarks), si=si)
+
+
+def _is_gauge(cells: tuple[str, ...]) -> bool:
+    """Whether forces change from row to row, or pull and push, as no load does."""
+    is_new = len({*cells}) > max(MIN_ROWS, len(cells) / 2)
+    return is_new or bool((numbers_in(cells) < 0.0).any())
 
 
 def _doubt_of_dates(table: Table, index: int) -> str:

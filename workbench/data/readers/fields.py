@@ -11,10 +11,10 @@ from jaxtyping import Float, Int
 from workbench.base.errors import DataError, FileError, UnitError
 from workbench.base.remedy import remedy
 from workbench.base.units import parse_heading
-from workbench.base.wording import of_cell
+from workbench.base.wording import listed, of_cell
 from workbench.data.readers import column_meanings
 from workbench.data.readers.column_meanings import TableColumn, dates_in
-from workbench.data.readers.headings import numbers_in
+from workbench.data.readers.headings import CONTROLLER, is_commanded, numbers_in
 from workbench.data.readers.table import Table
 
 MISSING = re.compile(
@@ -85,7 +85,10 @@ class Fields:
             more *= {*"xyz"} <= {*self.values}
             alone = "; heights alone tell too little: touch one plane, and name it in 'contact' (plane1)"
             more = alone if given == "z" else more
-            text = f"{given} without {lacking}: add the column(s) {lacking}{more}"
+            not_measured = (n for n in self.unread if CONTROLLER.search(n) or is_commanded(n))
+            computed = [n for n in not_measured if {*re.split(r"[\W_]+", n.lower())} & {*absent}]
+            apart = f" as measured, not as in {listed(computed)}" * bool(computed)
+            text = f"{given} without {lacking}: add the column(s) {lacking}{apart}{more}"
             raise FileError(text, path=self.source)
         blank = np.full(self.rows, np.nan if missing is None else missing)
         return np.stack([self.values.get(key, blank) for key in keys], axis=1)

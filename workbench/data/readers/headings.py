@@ -30,13 +30,16 @@ _JOINT_TEXT += "|joint(?:_states?)?_pos(?:ition)?|gelenkwinkel|achswinkel|winkel
 _JOINT_TEXT += "|giunto|asse|关节|관절"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm"
 _MEASURED = "pos|position|lage|p|measured|measurement|meas|actual|act|real|ist|mess|messwert|trans"
+_MEASURED += "|observed|reached|mean|mittelwert"
 _INSTRUMENT = "tracker|laser|leica|lt|faro|mocap|marker"
 _COMMAND = "goal|target|cmd|command|commanded|desired|des|nominal|nom|soll|setpoint|ref|reference"
 _COMMANDED = re.compile(rf"(^[qj]|^|_)({_COMMAND})\d*(_|$)")
 AROUND = re.compile(rf"^(?:(?:{_MEASURED}|{_INSTRUMENT})_)+|(?:_(?:{_MEASURED}|{_INSTRUMENT}))+$")
 """What may stand before and behind a name of what was, not of what should be: by controller or instrument."""
-_MEASURED_BY = re.compile(rf"(^|_)(measured|measurement|meas|mess|messung|messwert|{_INSTRUMENT})\d*(_|$)")
-_REACHED = re.compile(r"(^[qj]|^|_)(actual|act|real|ist)\d*(_|$)")
+_MEASURED_BY = re.compile(
+    rf"(^|_)(measured|measurement|observed|meas|mess|messung|messwert|{_INSTRUMENT})\d*(_|$)"
+)
+_REACHED = re.compile(r"(^[qj]|^|_)(actual|act|real|ist|reached)\d*(_|$)")
 _OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
 CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|posx|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
 """What stands with places that a controller or a model computes: none was measured."""
@@ -174,6 +177,7 @@ def known_together(columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
 
 def number_in(cell: str) -> float:
     """The number in a cell, its thousands grouped where that leaves no doubt; NaN where there is none."""
+    cell = f"-{cell[:-1]}" if cell.endswith("-") else cell  # as SAP writes it
     with suppress(ValueError):
         return float("" if "_" in cell else cell)
     text = re.sub(r"(?<=\d)[dD](?=[-+]\d)", "e", cell.replace("\u2212", "-").replace("\u00a0", " ").strip())

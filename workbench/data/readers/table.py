@@ -21,19 +21,21 @@ from workbench.data.readers.headings import (
     COMMAND,
     is_observed,
     joint_name,
+    known_together,
     meaning,
     meaning_of,
+    normalised,
     quantities_of,
     split_ending,
     unit_apart,
 )
 
 NUMBER = re.compile(
-    r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+|d[-+]\d+)?|[-+]?(nan|inf)"
+    r"(?i)[-+\u2212]?(\d+([ ,.'’\u00a0\u202f]\d{3})*([.,]\d*)?|[.,]\d+)(e[-+]?\d+|d[-+]\d+)?-?|[-+]?(nan|inf)"
 )
 _INDEXED = re.compile(r"(.+?)\s*\[(\d+)\]")
 _NAME, _POSITION = re.compile(r"(.*)name_?(\d+)"), re.compile(r"(.*)position_?(\d+)(\s*\[.*\])?")
-_COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?")
+_COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?-?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
 _OF_UNIT = re.compile(r"([-+\u2212]?[\d.,]*\d)\s?(°|deg|rad|mm|cm|m|µm|um|inch)")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
@@ -154,7 +156,10 @@ def only_table(grid: Grid) -> Grid:
     if len(parts) < 2 or not meant:
         return grid
     heading = grid.rows[meant[0].start]
-    if len(parts) == len(meant) and all(grid.rows[part.start] == heading for part in meant):
+    titles = [" ".join(chain(*grid.rows[part.begin : part.start])) for part in meant]
+    is_titled = len({re.sub(r"[\d\W_]+", " ", title) for title in titles if title}) > 1  # not as pages are
+    is_alike = len(parts) == len(meant) and all(grid.rows[part.start] == heading for part in meant)
+    if is_alike and not is_titled:
         again = {row for part in meant[1:] for row in range(part.begin, part.start + 1)}
         kept = [pair for k, pair in enumerate(zip(grid.rows, grid.lines, strict=True)) if k not in again]
         every, at = map(list, zip(*kept, strict=True))
@@ -162,7 +167,8 @@ def only_table(grid: Grid) -> Grid:
     ends = dict(pairwise([*(part.begin for part in parts), len(grid.rows)]))
     lines = [f"lines {grid.lines[part.start]}–{grid.lines[ends[part.begin] - 1]}" for part in meant]
     if len(meant) > 1:
-        raise grid.error(f"holds several tables ({', '.join(lines)}); keep one of them")
+        named = [f"'{title[:40]}' in {at}" if title else at for title, at in zip(titles, lines, strict=True)]
+        raise grid.error(f"holds several tables ({', '.join(named)}); keep one of them")
     note = f"of {len(parts)} tables the one in {lines[0]} is read"
     rows = slice(meant[0].start, ends[meant[0].begin])
     return replace(grid, rows=grid.rows[rows], lines=grid.lines[rows], notes=(*grid.notes, note))
@@ -203,6 +209,10 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     said = _said(grid, start, naming, joints) if start else {}
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
+    if not any(known):  # names that mean something together
+        body = [*zip_longest(*grid.rows[start:], fillvalue="")]
+        named = [dict(zip(map(normalised, row), body, strict=False)) for row in grid.rows[:start]]
+        known = [len(keys) if "x" in (keys := {*known_together(own).values()}) else 0 for own in named]
     if not any(known):  # units alone tell a row of headings, in whatever language
         known = [sum(unit_apart(cell)[1] is not None for cell in row) for row in grid.rows[:start]]
     head = max(range(start), key=lambda i: (known[i], i), default=0)

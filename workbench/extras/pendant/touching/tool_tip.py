@@ -31,6 +31,8 @@ SCHEMA = "workbench.tcp/1"
 MIN_TOUCHES = 4
 TILTED = 0.05
 """Minimum root mean square by which orientations differ along each axis of the flange [rad]."""
+MIN_PART, LEAVES = 3, 0.5
+"""Touches before or after a change of tool or point; part of the scatter that it leaves at most."""
 WEAK, USABLE = 3.0, 1e-3
 """Ratio of the widest to the narrowest interval beyond which the orientations are called alike; half width
 beyond which a tip should not be used, by default [m]."""
@@ -47,12 +49,14 @@ class ToolTip(AbstractShown):
         half: Half of the 95 % interval along each axis of the flange [m]; NaN along one that the arm can't
             tilt, where the tip is as in its file.
         wanted: Required half width [m].
+        change: From which touch on tool or point were others; empty if they stayed.
     """
 
     of: shared.TouchErrors
     xyz: Float[np.ndarray, "3"]
     half: Float[np.ndarray, "3"]
     wanted: float | None
+    change: str = ""
 
     @cached_property
     def robot(self) -> Robot:
@@ -72,6 +76,8 @@ class ToolTip(AbstractShown):
     @property
     def doubt(self) -> str:
         """Why the tip should not be used as it is; empty if it may be."""
+        if self.change:
+            return self.change
         if self.of.scatter > shared.SCATTERED * self.of.robot.reach:
             return f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched"
         widest, wanted, known = float(np.nanmax(self.half)), self.wanted or USABLE, self._flange
@@ -138,6 +144,7 @@ def tcp(
     for rows in (every, given):
         _check(rows, shared.flanges(robot, rows.q)[:, :3, :3].reshape(-1, 9), _points(rows), still)
     solve = lambda rows: _solve(at[rows], points[rows], still, robot.tool.xyz)  # noqa: E731
+    change = _change(at, points, still, given.row)
     solved, slipped = shared.solve_without_slipped(solve, len(given), given.source)
     tips, kept = se3.apply(at, solved.x[:3]), np.delete(np.arange(len(at)), slipped)
     missed = tips - points @ np.linalg.lstsq(points[kept], tips[kept], rcond=None)[0]
@@ -146,6 +153,7 @@ def tcp(
         xyz=solved.x[:3],
         half=np.where(still, np.nan, solved.half[:3]),
         wanted=wanted,
+        change=change,
     )
 
 
@@ -183,12 +191,40 @@ def _check(touches: Dataset, turns: np.ndarray, points: np.ndarray, still: Bool[
         raise DataError(f"{touches.source}: the tool {why}{how}")
 
 
+def _change(at: np.ndarray, points: np.ndarray, still: Bool[np.ndarray, "3"], row: np.ndarray) -> str:
+    """From which touch on another tool, point, or both explain the touches far better; empty if none does."""
+    solve = lambda *later: _solve(at, points, still, np.zeros(3), *later)  # noqa: E731
+    whole, place, tried = solve(), np.broadcast_to(np.eye(3), (len(at), 3, 3)), []
+    both = {"tool": (at[:, :3, :3] * ~still,), "point": (place,), "tool and point": (at[:, :3, :3], place)}
+    for k in range(MIN_PART, len(at) - MIN_PART + 1):
+        for what, own in both.items():
+            more = solve(*(columns * (np.arange(len(at)) >= k)[:, None, None] for columns in own))
+            if more.spare > 0:
+                scatter = more.left @ more.left / more.spare
+                tried.append((whole.chance(more), scatter, k, what, np.linalg.norm(more.x[-3:])))
+    chance, scatter, k, what, by = min(tried, default=(1.0, 0.0, 0, "", 0.0))
+    if (
+        chance * max(len(tried), 1) > shared.CHANCE
+        or scatter > LEAVES**2 * (whole.left @ whole.left) / whole.spare
+    ):
+        return ""
+    how = ", or name the points in a column 'contact'" * (what == "point")
+    where = f"touches from {row[k] + 1} on are of another {what}" + f" ({in_mm(by)} off)" * (
+        len(both[what]) < 2
+    )
+    return f"{where}: give those before or after alone{how}"
+
+
 def _solve(
-    at: np.ndarray, points: np.ndarray, still: Bool[np.ndarray, "3"], given: Float[np.ndarray, "3"]
+    at: np.ndarray,
+    points: np.ndarray,
+    still: Bool[np.ndarray, "3"],
+    given: Float[np.ndarray, "3"],
+    *later: Float[np.ndarray, "rows 3 3"],
 ) -> shared.TouchSolution:
-    """The tip in the flange, as given along a still axis, and the points in the base [m]."""
+    """The tip in the flange, as given along a still axis, the points in the base, and later changes [m]."""
     places = -np.einsum("nk,ij->nikj", points[:, points.any(0)], np.eye(3)).reshape(len(at), 3, -1)
-    flat = np.concatenate([at[:, :3, :3], places], axis=2).reshape(3 * len(at), -1)
+    flat = np.concatenate([at[:, :3, :3], places, *later], axis=2).reshape(3 * len(at), -1)
     held = np.pad(np.where(still, given, 0.0), (0, flat.shape[1] - 3))
     right = -at[:, :3, 3].ravel() - flat @ held
     flat[:, :3] *= ~still

@@ -87,6 +87,13 @@ class TouchSolution:
         """Numbers beyond those that are needed."""
         return len(self.left) - len(self.covariance)
 
+    def chance(self, freer: "TouchSolution") -> float:
+        """How often chance leaves so much more than a solution with fewer touches or more unknowns."""
+        own, left = self.spare - freer.spare, float(freer.left @ freer.left)
+        more = max(float(self.left @ self.left) - left, 0.0)
+        ratio = more / own / (max(left, freer.spare * EXACT_SCATTER**2) / freer.spare)
+        return float(special.fdtrc(own, freer.spare, ratio))
+
     @property
     def half(self) -> Float[np.ndarray, " p"]:
         """Half of the 95 % intervals, Student's; infinite where no number is to spare."""
@@ -115,10 +122,7 @@ def solve_without_slipped(
         for some in combinations(kept, size):
             rest = solve([k for k in kept if k not in some])
             if rest is not None and 1 <= rest.spare < whole.spare:
-                own, left = whole.spare - rest.spare, float(rest.left @ rest.left)
-                more = max(float(whole.left @ whole.left) - left, 0.0)
-                ratio = more / own / (max(left, rest.spare * EXACT_SCATTER**2) / rest.spare)
-                tests.append((float(special.fdtrc(own, rest.spare, ratio)), some, rest))
+                tests.append((whole.chance(rest), some, rest))
         if not tests or min(tests, key=lambda t: t[:2])[0] * len(tests) > CHANCE:
             size += 1  # as several hide each other
             continue
