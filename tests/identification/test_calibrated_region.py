@@ -50,7 +50,7 @@ def test_where_parallel_joints_alone_moved_base_and_tool_are_open_along_their_ax
     place, tool = np.array([0.9, -0.4, 0.25]), np.array([0.03, -0.02, 0.11, 1.0])
     points = (flanges(q) @ tool)[:, :3] @ turned.T + place + rng.normal(0.0, 3e-5, (40, 3))
     found = (result := wb.identify("ur5", Dataset(q=q, position=points))).best
-    assert any("open by any length" in text for text in result.warnings)
+    assert any("open by any amount" in text for text in result.warnings)
     own = {p.name: (x, s) for p, x, s in zip(found.fit.parameters, found.fit.x, found.fit.std, strict=True)}
     for name, true in zip(("base.x", "base.y", "base.z"), place, strict=True):
         assert abs(own[name][0] - true) < 3.0 * own[name][1]

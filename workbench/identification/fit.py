@@ -210,7 +210,7 @@ class Fit(AbstractReported):
         if self.adrift:
             open_ = "; ".join(c.text for c in self.adrift)
             how = "turn joints about other axes, too, or give base or tool in the robot's file"
-            found.append(f"open by any length, and kept where the search began: {open_}; {how}")
+            found.append(f"open by any amount, and kept where the search began: {open_}; {how}")
         return tuple(found)
 
     @cached_property

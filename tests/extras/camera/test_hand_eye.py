@@ -183,6 +183,12 @@ UNSEEN = {
     "q0": (named("robot", "tag", "q0 q1 q2 q3"), WFIRST, WFIRST),
     "halcon": (named("robot", "target", "alpha beta gamma"), HALCON, HALCON, ("",) * 6),
     "fanuc": (" ".join([*(f"robot_{a}" for a in "xyzwpr"), *OPENCV]), FANUC, Rotation.as_rotvec, ("",) * 6),
+    "counted": (
+        " ".join(["X,Y,Z,RX,RY,RZ".replace(",", " "), *(n.replace("_", "") for n in OPENCV)]),
+        HALCON,
+        Rotation.as_rotvec,
+        ("",) * 6,
+    ),
     "lone": (named("robot", "Kamera").replace("robot_", ""), QUAT, QUAT),
     "letter": (named("robot", "c").replace("robot_", "").replace("c_", "c"), QUAT, QUAT),
     "detected": (named("robot", "tag", more="detected"), QUAT, QUAT, range(7), lambda k: [k not in (2, 5)]),
@@ -481,17 +487,18 @@ def test_chessboards_counted_from_the_other_end_are_named(count):
         (1.005, "size"),
         (1.03, "focal length"),
         (0.95, "depths"),
+        (-1.0, "left-handed"),
     ],
 )
 def test_a_target_of_another_size_or_depth_is_told_and_spoils_nothing(mounted, scale, what):
     """A mount that was 32 mm off was given as ± 5 mm; one that was 12 mm off in depth as ± 1.1 mm."""
     hands, seen = pairs(20, mounted=mounted)
-    seen[:, 0 if what == "size" else 2 : 3, 3] *= scale
+    seen[:, 2 if what in ("depths", "focal length") else 0 : 3, 3] *= scale
     found = handeye((hands, seen))
     text = found.doubt if abs(scale - 1.0) > 0.01 else found.notes[-1]
     assert float(text.split("multiplied by ")[1].split()[0]) == pytest.approx(1.0 / scale, rel=2e-3)
     assert what in text
-    assert (found.mounted, off(found)[0] < 0.8) == (Mount(mounted), True)
+    assert (found.mounted, off(found)[0] < 0.8 or scale < 0.0) == (Mount(mounted), True)
 
 
 @pytest.mark.parametrize(("what", "at"), [("camera", 10), ("camera", 16), ("target", 6)])

@@ -138,10 +138,16 @@ def test_makers_angles_are_read(axes, expected):
 def test_tables_are_read_as_they_stand_in_books(tmp_path):
     path = tmp_path / "table.csv"
     rows = "0,20,0,0,fixed\nq1-90,100,0,pi/2,r\nθ2,0,425,-2*π/3,p\n"
-    path.write_text(f"theta[deg],d[mm],a[mm],alpha[rad],type\n{rows}")
-    with refuses(FileError, "deg", "rad", path=str(path)):
+    path.write_text(f"theta[deg],d[mm],Length (a) [m],alpha[rad],type\n{rows}")  # each exact in its own units
+    given = read_joint_table(path)
+    assert (given.lengths, given.angles, given.rows[2]["a"]) == (("m",), ("rad",), 425.0)
+    assert given.rows[1]["theta"] == pytest.approx(-np.pi / 2)
+    path.write_text("theta,d,a,alpha\nθ1,0.1,0,0\n0,d2*,0,0\nq3,1,0,0\n")
+    assert [row["type"] for row in read_joint_table(path).rows] == ["revolute", "prismatic", "revolute"]
+    path.write_text("theta,d,a,alpha\nθ1,d1,0,0\n0,d2,0,0\n")
+    with refuses(FileError, "d is 'd1'", line=2):
         read_joint_table(path)
-    path.write_text(path.read_text().replace("[deg]", "[rad]").replace("q1-90", "q1 − pi/2"))
+    path.write_text(f"theta[rad],d[mm],a[mm],alpha[rad],type\n{rows.replace('q1-90', 'q1 − pi/2')}")
     rows = read_joint_table(path).rows
     assert [row["type"] for row in rows] == ["fixed", "revolute", "prismatic"]
     np.testing.assert_allclose([row["theta"] for row in rows], [0.0, -np.pi / 2, 0.0])

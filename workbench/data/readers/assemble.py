@@ -27,8 +27,8 @@ from workbench.data.postures import postures
 from workbench.data.readers.column_meanings import CHOOSE_ON_PAGE, unread_text
 from workbench.data.readers.columns_option import GROUPS, Joints
 from workbench.data.readers.fields import Fields
-from workbench.data.readers.file_kind import POSE_PAIRS
-from workbench.data.readers.headings import column_of, is_observed, normalised
+from workbench.data.readers.file_kind import POSE_PAIRS, PROGRAMS
+from workbench.data.readers.headings import COUNTERS, column_of, is_observed, normalised
 from workbench.data.readers.joint_tables import joined_alone
 from workbench.data.readers.orientation import read_orientation, unnamed_angles, written_orientation
 
@@ -39,9 +39,8 @@ _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 _NAMED = 5
 """Rows of a kind that are named one by one."""
-COUNTERS = {"#", "id", "idx", "index", "no", "nr", "num", "number", "nummer", "row", "n°", "nº", "№"}
 MAX_DIGITS = 10
-"""Columns that count rows in the file's own way, by name, and digits from which on they don't."""
+"""Digits from which on numbers don't count rows."""
 MAX_PARTS = 40
 """Different cells of a column that may tell which rows belong together."""
 MAX_MARKERS = 20
@@ -292,7 +291,8 @@ def _gaps(fields: Fields, numbers: Mapping[str, Float[np.ndarray, "rows _"]]) ->
     if not numbers and not labels:
         wanted = "x[m], y[m], z[m], or distance, contact, markers or tilt_x2 …"
         text = f"nothing was observed: add {wanted}{unread_text(fields.unread, 'x')}"
-        raise DataError(f"{fields.source}: {text}")
+        program = f"; this is {PROGRAMS}" * (PROGRAMS in fields.notes)
+        raise DataError(f"{fields.source}: {text}{program}")
     whole = {name: ~np.isnan(values).any(1) for name, values in numbers.items()}
     if "distance" in whole and "anchor" in fields.values:
         whole["distance"] &= fields.values["anchor"] != ""

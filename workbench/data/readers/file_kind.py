@@ -22,6 +22,7 @@ PROGRAM = (
     rb"|^\s*&ACCESS|\bmove?[jlcp] ?\(|^\s*\d+ ?: *[JLC] +P\[)"
 )
 """How programs of robots begin, and how they move."""
+PROGRAMS = "a robot's program; of programs RAPID, KRL and URScript are read by 'compensate'"
 _ARRAYS = (
     rb"(?s)PK\x03\x04.{,200}\.npy|\x93NUMPY|\x80[\2-\5]|(\xef\xbb\xbf)?\s*(\{|\[\s*\{)|%YAML|- \w+: *[\[{]|"
     rb".*<opencv_storage|\s*(---\s*)?(- *\r?\n? *)?([A-Za-z_]\w*|[\"']?\w+[\"']):( +[\"']{2})?\r?\n"
@@ -37,7 +38,7 @@ _REFUSED = (
         "an export of Vicon or Qualisys: keep one row a pose, under x[mm], y[mm], z[mm], qw, qx, qy, qz of "
         "the tool's body, or under m1x[mm] … of its markers, beside the joints",
     ),
-    (PROGRAM, "a robot's program; of programs RAPID, KRL and URScript are read by 'compensate'"),
+    (PROGRAM, PROGRAMS),
     (
         rb"(?ms).*?(?:^delta_theta *=|^\[DH\] *\r?$)",
         "of a UR controller, whose arms are built in: 'workbench new ur5e --apply calibration.conf --for "

@@ -97,6 +97,8 @@ _TOGETHER: tuple[tuple[Sequence[str], Sequence[str]], ...] = (
     *(([f"{r}{i}{j}" for i in "012" for j in "012"], MATRIX) for r in ("r", "r_", "rot")),
 )
 """Headings that mean something together: angles, poses, joints, quaternions and axes of several makers."""
+COUNTERS = {"#", "id", "idx", "index", "no", "nr", "num", "number", "nummer", "row", "n°", "nº", "№"}
+"""Columns that count rows in the file's own way."""
 SQUARE_ERROR = 0.04
 """By how much squares of a quaternion's numbers may miss the sum of 1, by rounding."""
 _GROUPED = re.compile(

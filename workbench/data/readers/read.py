@@ -23,11 +23,21 @@ from workbench.data.readers.assemble import assemble
 from workbench.data.readers.column_meanings import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import AS_HEADED, Columns, Joints
 from workbench.data.readers.fields import Fields, convert, fields_of
-from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
+from workbench.data.readers.file_kind import PROGRAM, PROGRAMS, FileKind, kind_of, read_bytes
 from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout
-from workbench.data.readers.table import Grid, Table, grid_of, only_table, turned, with_headings, with_names
+from workbench.data.readers.table import (
+    Grid,
+    Table,
+    grid_of,
+    numbered_alike,
+    only_table,
+    turned,
+    with_axes,
+    with_headings,
+    with_names,
+)
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, sheets_apart
 from workbench.parts import warn_of_broken
@@ -204,7 +214,9 @@ def read_table(
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
     if naming and naming.items:
         return with_names(grid, columns_option.headings_in_order(naming, len(grid.rows[-1])))
-    return with_headings(only_table(arrays.with_lists(turned(grid))), naming, joints)
+    return numbered_alike(
+        with_headings(only_table(arrays.with_lists(turned(with_axes(grid)))), naming, joints)
+    )
 
 
 def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
@@ -213,7 +225,8 @@ def read_grid(path: Path, *, sheet: str | None = None) -> Grid:
         return grid
     data = read_bytes(path)
     if named := arrays.arrays_of_names(data, path):
-        return arrays.table_of(named, path, "numbers stand behind their names")
+        grid = arrays.table_of(named, path, "numbers stand behind their names")
+        return replace(grid, notes=(*grid.notes, PROGRAMS)) if re.match(PROGRAM, data[:4000]) else grid
     kind = kind_of(data, path)
     if kind is FileKind.EXCEL:
         return read_excel(data, path, sheet=sheet)

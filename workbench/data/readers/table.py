@@ -19,6 +19,7 @@ from workbench.base.wording import listed
 from workbench.data.readers.columns_option import AS_HEADED, IGNORED, Joints, Naming
 from workbench.data.readers.headings import (
     COMMAND,
+    COUNTERS,
     is_observed,
     joint_name,
     known_together,
@@ -136,6 +137,28 @@ def turned(grid: Grid) -> Grid:
     return replace(grid, rows=rows, lines=[*range(1, len(rows) + 1)], notes=notes)
 
 
+def with_axes(grid: Grid) -> Grid:
+    """The grid with one row a point where X, Y and Z stand in three, named in a column, as of PolyWorks."""
+    head, *body = grid.rows or [[]]
+    bodies = [
+        [[*row, *[""] * (len(head) - len(row))] for row in body[k : k + 3]] for k in range(0, len(body), 3)
+    ]
+    is_axes = lambda k: len(body) > 3 and all([r[k].lower() for r in own] == [*"xyz"] for own in bodies)  # noqa: E731
+    if (axis := next(filter(is_axes, range(len(head))), None)) is None:
+        return grid
+    rest = [k for k in range(len(head)) if k != axis]
+    shared = {k for k in rest if all(len({row[k] for row in own if row[k]}) < 2 for own in bodies)}
+    names = [[head[k]] if k in shared else [f"{a} {head[k]}" for a in "XYZ"] for k in rest]
+    cells = (
+        [[max(r[k] for r in own)] if k in shared else [r[k] for r in own] for k in rest] for own in bodies
+    )
+    rows, notes = (
+        [[*chain(*row)] for row in (names, *cells)],
+        (*grid.notes, "X, Y and Z of a point stand in three rows"),
+    )
+    return replace(grid, rows=rows, lines=[grid.lines[0], *grid.lines[1::3]], notes=notes)
+
+
 class _Part(NamedTuple):
     """A table in a grid: rows of its title and of its headings, and what these name."""
 
@@ -248,6 +271,19 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         if (ours := said.get(heading, heading)) != heading:
             notes.append(f"column '{heading}' is {'left out' if ours == IGNORED else f'read as {ours}'}")
     return replace(_table(grid, body, headings, names, grid.lines[head], notes), has_option=has_option)
+
+
+def numbered_alike(table: Table) -> Table:
+    """The table with a second part beside the first in the order of its rows, where both number them."""
+    counts = [k for k, name in enumerate(table.names) if normalised(name).rpartition("_")[2] in COUNTERS]
+    first, second = (table.columns[k] for k in counts) if len(counts) == 2 else ((), ())
+    place = {number: k for k, number in enumerate(second)}
+    if first == second or len(place) < len(second) or place.keys() != {*first}:
+        return table
+    (start, _), at = counts[::-1], [place[number] for number in first]
+    moved = (tuple(own[k] for k in at) for own in table.columns[start:])
+    note = f"columns from '{table.headings[start]}' on are joined by their numbers of rows"
+    return replace(table, columns=(*table.columns[:start], *moved), notes=(*table.notes, note))
 
 
 def _without_indices(cells: list[str]) -> list[str]:

@@ -67,7 +67,7 @@ ANGLES = {"alpha": "rx", "beta": "ry", "gamma": "rz"}
 _ADVICE = re.compile(r"[:;](?![^(]*\))")
 _ENTRY = re.compile(r"(?i)(r?[xyz]|q[wxyz0-4]|[abcwpr])$")
 """An entry of a pose, behind the letter of a side."""
-_LETTER, _GAP = re.compile(r"^(A|B|T1|T2)(?=_|$)"), re.compile(r"[_ ./]+")
+_LETTER, _GAP = re.compile(r"^(A|B|T1|T2)(?=_|$)"), re.compile(r"[_ ./]+|(?<=vec)(?=\d)")
 WANTED = (
     "give a robot pose and a target pose in each row (x[m] … target_qw), samples of easy_handeye or MoveIt, "
     ".npz, or numbered files of both (robot_00.txt …)"

@@ -45,8 +45,12 @@ ENDING, WORD = re.compile(r"[_ ](deg|rad|mm|m)$", re.I), re.compile(r"[a-zα-ω]
 """A unit behind a name, as in `theta_deg`, and a heading's last word."""
 INDEX = re.compile(r"[ _({]*i(?:[-−]1)?[)}]*$|_prev$")
 """Of a constant in a paper, as in `alpha_{i-1}`."""
+CALLED = re.compile(r"^.+\((theta|θ|d|a|alpha|α)\)", re.I)
+"""A constant's name in brackets, as in `Twist (alpha)`."""
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
+SLIDE = re.compile(r"^[dq]_?\{?\d+\}?\*?(?=[+-]|$)", re.I)
+"""The same of a sliding joint, in its d."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
 FourNumbers = tuple[float, float, float, float]
 TITLES = {"dh": "standard DH", "craig": "modified DH (Craig)"}
@@ -81,7 +85,8 @@ def read_joint_table(path: Path | str) -> JointTable:
     if {*CONSTANTS[:4]} <= {*_constants(first)} - {*_constants(grid.rows[0])}:  # a line for each constant
         grid = grid_of(first, [cells[1:] for cells in grid.rows], source=grid.source)
     names = _constants(grid.rows[0])
-    stands = [(parse_heading(ENDING.sub(r"[\1]", cell)).unit or "").lower() for cell in grid.rows[0]]
+    heads = [CALLED.sub(r"\1", cell) for cell in grid.rows[0]]
+    stands = [(parse_heading(ENDING.sub(r"[\1]", cell)).unit or "").lower() for cell in heads]
     if missing := [name for name in ("d", "a", "alpha") if name not in names]:
         if nameless := _nameless(grid.rows):
             return JointTable(nameless, stated[:1] or ("dh", "craig"), LENGTHS, ANGLES)
@@ -89,6 +94,10 @@ def read_joint_table(path: Path | str) -> JointTable:
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if {*map(_number, cells)} - {None}]
     rows = [_row([*zip(names, cells, strict=False)], grid, k) for k, cells in filled]
     units = {name: UNITS.get(unit, unit) for name, unit in zip(names, stands, strict=True) if unit}
+    for names, known in ((CONSTANTS[1:3], LENGTHS), (("theta", "alpha"), ANGLES)):
+        if {units.get(name) for name in names} == {*known}:  # each in its own
+            rows = [row | {name: row[name] * SIZES[units[name]] for name in names} for row in rows]
+            units |= dict.fromkeys(names, known[0])
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
     units |= {"°": "deg"} if any("°" in c for cells in grid.rows[1:] for c in cells) else {}
     angles = _units(units, ("theta", "alpha", "beta", "°"), ANGLES, grid)
@@ -133,7 +142,8 @@ def _nameless(rows: Sequence[Sequence[str]]) -> tuple[FourNumbers, ...]:
 
 def _constants(headings: Sequence[str]) -> list[str]:
     """Constants under headings, by their last words where none is called so alone; others as they stand."""
-    bare = (parse_heading(ENDING.sub(r"[\1]", text)).name.lower() for text in headings)
+    heads = (CALLED.sub(r"\1", text) for text in headings)
+    bare = (parse_heading(ENDING.sub(r"[\1]", text)).name.lower() for text in heads)
     plain = [INDEX.sub("", name.removesuffix("_offset")) for name in bare]
     words = [WORD.findall(name)[0] for name in plain]
     names = NAMES | TEXTBOOK if TEXTBOOK.keys() <= {*words} else NAMES
@@ -143,11 +153,14 @@ def _constants(headings: Sequence[str]) -> list[str]:
 
 
 def _row(cells: list[tuple[str, str]], grid: Grid, number: int) -> dict[str, Any]:
-    kind = KINDS.get(stated := dict(cells).get("type", "revolute").strip().lower())
+    own = {name: text.strip() for name, text in cells}
+    slides = SLIDE.match(own.get("d", "")) and not DRIVE.match(own.get("theta", "").lower())
+    kind = KINDS.get(stated := own.get("type", "prismatic" if slides else "revolute").lower())
     if kind is None:
         raise grid.error(f"type is '{stated}'; known: {', '.join(KINDS)}", number)
     row: dict[str, Any] = {"type": kind} | dict.fromkeys(CONSTANTS, 0.0)
     for name, text in ((name, text.strip()) for name, text in cells if name in CONSTANTS):
+        text = SLIDE.sub("", text) if name == "d" and kind == "prismatic" else text
         if (size := _number(text or "0")) is None:
             raise grid.error(f"{name} is '{text}', which is not a number", number)
         if size and row[name]:  # only a joint's own `q1` and its offset stand beside each other
