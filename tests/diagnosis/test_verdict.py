@@ -106,6 +106,8 @@ def test_scatter_of_single_joints_is_left_to_be_explained():
     for sigma, digit, is_left in ((one, 0.0, True), (one, 0.1, False), ((2e-4,) * 3, 0.0, False)):
         found = replace(NOISE_ONLY, joint_noise=Readings(sigma, 0.9, digit))
         assert (found.is_unexplained, found.scattering({1}) is None) == (is_left, sigma is one)
+        warnings = [found.joint_noise_warning(SLIDING.chain, soft=soft) for soft in ((0,), (1,))]
+        assert ["'payload'" in each for each in warnings] == [False, is_left and sigma is one]
 
 
 def row_errors(position, rotation):

@@ -20,6 +20,8 @@ MIN_MAJOR_SHARE = 0.5
 LAGGED = "no arm fits joints and places of different times"
 CHANGED = "the arm changed among the rows, and the saved one lies between: fit the later rows alone"
 """Why an arm that was fitted to all rows should not be used."""
+WORN = "check for friction wind-up, a worn coupling or a poor encoder"
+UNSAID = "check whether the load changed from row to row, which no column 'payload' says; if it didn't,"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,18 +83,26 @@ class RemainingError:
         return bool(noise.joints_that_scatter) or len({*noise.sigma} - {0.0}) > 2
 
     @beside("the note on joint readings", "")
-    def joint_noise_warning(self, chain: Chain, unsure: Collection[int] = ()) -> str:
-        """A sentence if noise of the joint readings dominates, as in `scattering`; empty otherwise."""
+    def joint_noise_warning(
+        self, chain: Chain, unsure: Collection[int] = (), soft: Collection[int] = ()
+    ) -> str:
+        """A sentence if noise of the joint readings dominates, as in `scattering`; empty otherwise.
+
+        A load that changes unsaid moves `soft` joints as if their readings scattered.
+        """
         noise = self.scattering(unsure)
         if noise is None:
             return ""
         advice = "let the arm settle before reading its joints, or average several readings"
         if noise.joints_that_scatter:
-            advice = "check for friction wind-up, a worn coupling or a poor encoder"
+            advice = WORN
         if noise.digit:
             worst = joint_list([int(np.argmax(noise.sigma))]) if noise.joints_that_scatter else "them"
             advice = f"the file gives {worst} to {noise.digit:g}° only, so record more digits"
         size, part = noise.text(chain), f"{100 * noise.share:.0f} %"
+        if not (noise.digit or {*soft}.isdisjoint(noise.joints_that_scatter)):
+            alike = f"{part} of the remaining error is as if joint readings scattered by {size}"
+            return f"{alike}: {UNSAID} {WORN}. "
         return f"The joint readings scatter by {size}, {part} of the remaining error: {advice}. "
 
     @beside("the text on the remaining error", "was not described")

@@ -52,8 +52,11 @@ def conclude(
     unsure = {j for f in followed for part in f.parts for j in part.joints}
     unsure |= {j for c in causes if c.confidence is Confidence.OPEN for j in c.joints}
     unsure |= set() if residual_map is None else {*residual_map.joints}
-    warning = remaining.joint_noise_warning(robot.chain, unsure)
-    rest = remaining.text(robot.chain, followed, unsure)
+    carried = saved.fit.problem.data.payload
+    is_told = carried is not None and bool(np.ptp(carried))
+    soft = {j for c in causes if c.driver is Driver.LOAD and not is_told for j in c.joints}
+    warning = remaining.joint_noise_warning(robot.chain, unsure, soft)
+    rest = remaining.text(robot.chain, followed, unsure | soft)
     size = after.text("mean")
     left = f"the remaining error{f' of {size}' if size else ''} {rest}"
     if not causes and residual_map is None and not followed:
