@@ -136,6 +136,15 @@ def test_the_same_numbers_go_on_in_the_same_folder(plain):
     begun.keepers[0].close()
 
 
+def test_a_refusal_was_told_at_the_time(tmp_path):
+    begun = begin(load_robot("aria"), load_plate("table2"), folder=tmp_path / "session")
+    run = Run(begun)
+    run(LoadData("words.csv", b"hello, world\nthis, is no table\n"))
+    run.worker.close()
+    assert run.worker.session.page.messages
+    assert not restore(read_recording(run.folder)).session.page.messages
+
+
 def test_fits_are_read_where_they_were_recorded_and_computed_where_they_come_from_elsewhere(
     tmp_path, monkeypatch
 ):

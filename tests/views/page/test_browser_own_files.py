@@ -1,11 +1,15 @@
 """A user's own robot and a file with headings of its own, put right on the page, in a real browser."""
 
+import re
+
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from workbench import Motion, load_robot, tool_poses
 from workbench.arm.robot_toml import read_toml, robot_to_table
 from workbench.base import se3
+from workbench.session.commands.arm import LoadModel
 
 pytestmark = pytest.mark.browser
 
@@ -36,6 +40,9 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     screen = look()
     screen.tab("Robot")
     screen.page.get_by_text("Your own robot", exact=True).click()
+    app.worker.submit(LoadModel("dropped.csv", b"theta,d,a,alpha\n" + 6 * b"0,0,30,-90\n"))
+    field = screen.page.get_by_label("DH table", exact=True)
+    expect(field).to_have_value(re.compile("0,0,30,-90"))  # refused, but there to say its convention
     for label, words in (("DH table", table), ("Poses", "\n".join(typed))):
         screen.page.get_by_label(label, exact=True).fill(words)
     screen.press("By poses")

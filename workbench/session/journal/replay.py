@@ -145,6 +145,7 @@ def restore(recording: Recording, *, is_computed: bool = False) -> Restored:
             found, now[step] = [*found, *unequal], numbers
         following = entries[step].command.title if step < len(entries) else ""
         progress(step / max(len(entries), 1), following)
+    session = session.without_messages(lambda m: m.severity is Severity.ERROR)  # told at the time
     if recording.skipped:
         session = session.with_message(Severity.WARNING, recording.skipped)
     if not found:

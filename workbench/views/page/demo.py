@@ -24,7 +24,7 @@ from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.comparison import ModelStage
 from workbench.session.page_state import Tab
-from workbench.session.stages import expected_elsewhere, learned, stage_words, stages
+from workbench.session.stages import expected_elsewhere, learned, stages
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -38,8 +38,8 @@ DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "Held-out errors: nominal, geometry, {}."
-"""With what the last stage has; it stands until somebody does something."""
+END = "Held-out errors: nominal, geometry, all."
+"""Behind what was found; it stands until somebody does something."""
 RULES = "A cause has to beat all others, also at held-out poses …"
 MAX_COMMAND_TIME = 300.0
 """Longest time that a command takes [s]."""
@@ -195,7 +195,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     sentence = "Geometry can't explain the remaining error. The diagnosis looks for its causes …"
     yield DemoScene(sentence, (Diagnose(),), seconds=1.0)
     found = session().results.diagnosis
-    causes = "" if found is None else " and ".join(cause.plain for cause in found.causes)
+    causes = "" if found is None else _causes(found)
     if found is not None and found.effects:
         yield DemoScene(f"Found: {_found(session(), found, causes)}", seconds=8.0)
         yield DemoScene("One button adds what was found to the model …", (AddEffects(),), seconds=2.0)
@@ -203,8 +203,13 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         only = f" near the measured poses; far from them, expect {compared(far)} mm" if far > 0.0 else ""
         yield DemoScene(f"The model moves to where the arm is{only}.", tuple(map(ShowRow, range(0, 120, 12))))
     why = f"Geometry was off{f', {causes}' if causes else ''}{_learned(found)}. "
-    end = END.format(stage_words(session())[ModelStage.EFFECTS].removeprefix("with "))
-    yield DemoScene(f"{why}{end}", seconds=1.0, is_last=True)
+    yield DemoScene(f"{why}{END}", seconds=1.0, is_last=True)
+
+
+def _causes(found: Diagnosis) -> str:
+    """The largest cause, and how many more there are: the panel names them all."""
+    largest, more = (cause.plain for cause in found.causes[:1]), len(found.causes) - 1
+    return "".join(largest) + (f", and {more} more" if more > 0 else "")
 
 
 def _found(session: Session, found: Diagnosis, causes: str) -> str:

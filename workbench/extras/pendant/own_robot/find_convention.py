@@ -17,6 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.base.arguments import checked_arguments
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.base.hand_eye import nearest_rotation
+from workbench.base.remedy import remedy
 from workbench.base.types import Freedom
 from workbench.base.wording import first_of, in_mm
 from workbench.data.dataset import Dataset
@@ -222,5 +223,7 @@ def robot_that_gives(source: Path | str, poses: Sequence[str] | Path) -> Robot:
         found = find_convention(readings, read_poses(poses, robot))
         robot, notes = found.robot, [*found.notes, *filter(None, [found.doubt])]
     elif ways[1:]:
-        raise OptionError(f"the table may be {'; or '.join(ways)}: say its convention, or give poses")
+        page = "choose where it stands now, 'Your own robot' or '… or its DH table'; or give poses there"
+        cure = remedy("say its convention, or give poses", page=page)
+        raise OptionError(f"the table may be {'; or '.join(ways)}: {cure}")
     return replace(robot, notes=(*robot.notes, *notes))

@@ -24,9 +24,25 @@ or six or more measured rows below their headings, of any tool in any frame."""
 
 
 def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes], LoadModel]:
-    """Fields for a table and poses, and what opens the robot; returns what opens a file likewise."""
+    """Fields for a table and poses, and what opens the robot; returns what opens a file likewise.
+
+    They show the table that was last given, even if it was refused, until something else is typed there.
+    """
+    seen: LoadModel | None = None
+
+    def given(session: Session) -> str:
+        nonlocal seen
+        opened = (e.command for e in reversed(panel._worker.journal) if isinstance(e.command, LoadModel))
+        last = next((each for each in opened if each.name.lower().endswith(".csv")), None)
+        if last is seen or last is None:
+            return str(table.typed)
+        seen = last
+        set_value(poses.control, "\n".join(last.poses))
+        return last.content.decode(errors="replace")
+
     gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
-    table = panel.line("DH table", "Of your robot; without one, poses check the open robot.", multiline=True)
+    hint = "Of your robot; without one, poses check the open robot."
+    table = panel.line("DH table", hint, multiline=True, value=given)
     hint = "Joint positions = x, y, z and three angles, one a line; or a table of measured rows."
     poses = panel.line("Poses", hint, multiline=True)
     fill = lambda _, content: set_value(poses.control, content.decode(errors="replace"))  # noqa: E731
@@ -57,7 +73,7 @@ class OwnRobotPanel(AbstractPanel):
     tab, order = Tab.ROBOT, 20
     keeps_typed = True
     names_robot = "… or its DH table", build_table
-    depends = ("robot",)
+    depends = ("robot", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Your own robot", expand_by_default=False):
@@ -65,11 +81,3 @@ class OwnRobotPanel(AbstractPanel):
             label, hint = ("… or its file", "Its table (.csv) or description, which has to give these poses.")
             self.upload(label, checked, hint, endings=".csv,.urdf,.xml,.toml", maximum=LARGEST_MODEL)
             self.download("This robot (TOML)", robot_toml, "The robot as it is now, before any calibration.")
-
-    def show(self, session: Session) -> None:
-        """What was typed for the robot that is open, on the start card too, with its convention."""
-        opened = (e.command for e in reversed(self._worker.journal) if isinstance(e.command, LoadModel))
-        if (last := next(opened, None)) is not None and last.name == "own-robot.csv":
-            words = last.content.decode(), "\n".join(last.poses)
-            for field, typed in zip(self._controls, words, strict=False):
-                set_value(field.control, typed)

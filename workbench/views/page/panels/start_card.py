@@ -75,6 +75,7 @@ class StartCard(AbstractPanel):
     def _open(self, gui: viser.GuiApi) -> None:
         if self._modal is not None:
             self._modal.close()
+            self._controls.clear()
         icon, self._gui = viser.Icon, gui
         self._before, self._door, self._ends_at = self._worker.session, None, Tab.CALIBRATE
         doors = {
@@ -183,6 +184,7 @@ class StartCard(AbstractPanel):
         if self._modal is not None:
             modal, self._modal = self._modal, None
             modal.close()
+            self._controls.clear()
             self._worker.submit(OpenTab(tab))
 
 
