@@ -28,6 +28,7 @@ from workbench.identification.errors.row_errors import (
     Validation,
     instrument_places,
     row_errors,
+    together,
 )
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, Sessions
@@ -96,10 +97,8 @@ class Prepared(selection.AbstractSplit):
             instrument: Places of anchors, contacts or markers identified with it [m].
         """
         fitted, held = self.problem.data, self.held_out_data
-        readings = None if fitted.readings is None else fitted.readings.joined(held.readings)
-        if readings is not None:  # such ones, like pictures of one rig, tell a tool's error only together
-            both = replace(fitted, readings=None).joined(replace(held, readings=None))
-            used, parts = replace(both, readings=readings), np.split(np.arange(len(both)), [len(fitted)])
+        if both := together(fitted, held):
+            used, parts = both
         elif fitted.readings is None and self.is_one_file:
             rows = np.sort(np.concatenate([self.train_rows, self.held_out_rows]))
             used = of_rows(self.data, rows)

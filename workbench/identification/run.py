@@ -39,6 +39,7 @@ from workbench.identification.errors.row_errors import (
     AbstractValidation,
     Errors,
     row_errors,
+    together,
     why_unusable,
 )
 from workbench.identification.fit import Fit
@@ -105,7 +106,10 @@ class SavedArm:
         """Errors of each format's arm on those of some rows for which it is valid."""
         if not len(shown := self.valid_for(data)):
             return dict.fromkeys(self.formats, UNKNOWN)
-        return {name: row_errors(arm, shown, known=self.known) for name, arm in self.formats.items()}
+        rows, (_, mine) = together(self.fitted, shown) or (shown, (None, np.arange(len(shown))))
+        return {
+            name: row_errors(arm, rows, known=self.known).take(mine) for name, arm in self.formats.items()
+        }
 
     def rows_text(self, rows: Dataset, kind: str) -> str:
         """`11 of 24 held-out rows, those measured from row 62 on`; all of them without events."""

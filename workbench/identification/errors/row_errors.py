@@ -255,6 +255,16 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     return Errors(position, rotation, tilt, own)
 
 
+def together(fitted: Dataset, others: Dataset) -> tuple[Dataset, list[np.ndarray]] | None:
+    """Rows beside the fitted ones, and which are whose; None where each tells its error alone: pictures of
+    one rig tell a tool's error only together."""
+    readings = None if fitted.readings is None else fitted.readings.joined(others.readings)
+    if readings is None:
+        return None
+    both = replace(fitted, readings=None).joined(replace(others, readings=None))
+    return replace(both, readings=readings), np.split(np.arange(len(both)), [len(fitted)])
+
+
 def count_measured(data: Dataset) -> int:
     """Number of measured components; hidden markers have none."""
     return sum(
