@@ -136,6 +136,10 @@ HEAD, R = "q1[deg],x[mm],y[mm],z[mm]", ",0,1,0,-1,0,0,0,0,1\n"
             "q1[deg],Control,Nom[mm],Meas[mm]\n1,X,0,1\n,Y,0,2\n,Z,0,3\n2,X,0,9\n,Y,0,9\n,Z,0,9\n3,X,0,4\n,Y,0,5\n,Z,0,6",
             [],
         ),
+        (
+            ",Nominal [mm],,,Actual [mm]\nJ1[deg],X,Y,Z,X,Y,Z\n1,0,0,0,1,2,3\n2,0,0,0,9,9,9\n3,0,0,0,4,5,6\n",
+            [],
+        ),
         ("J1/deg;X reached/mm;X goal/mm;Y/mm;Z/mm\n1;1;0;2;3\n2;2,5-;0;9;9\n3;4;0;5;6\n", []),
         ("q1[deg],Target,X [mm],Y [mm],Z [mm]\n1,A,1,2,3\n2,A,9,9,9\n3,B,4,5,6\n", []),
     ],

@@ -168,6 +168,16 @@ def test_what_is_no_shift_of_a_zero_is_named_and_nothing_is_written(aria, change
         assert found.sentence.startswith("no joint moved by more than chance")
 
 
+def test_an_arm_whose_zeros_the_rows_leave_open_is_not_given_back(aria):
+    """Three points, 3 mm off: the file was saved unchanged as 'with the zeros found'."""
+    arm = replace(framed(aria), calibration=None)
+    rows = measured(arm, 5e-3 * np.eye(6)[2], rows=3)
+    found = wb.rezero(arm, wb.Dataset(rows.q, rows.position))
+    assert (found.verdict, found.robot is arm) == ("refused", True)
+    assert "determine no joint zero" in found.sentence
+    assert not any("assigned" in text for text in found.ambiguous)
+
+
 def test_several_lengths_that_changed_are_no_zeros(aria):
     """No single one explains the rows, and zeros alone would be written."""
     arm = framed(aria)

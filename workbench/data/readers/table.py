@@ -250,8 +250,8 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     headings = list(grid.rows[head])
     if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
         above = chain(grid.rows[head - 1], repeat(""))
-        groups: Iterable[str] = accumulate(above, lambda a, b: b or a)
-        named = [f"{g} {h}" for h, g in zip(headings, groups, strict=False)]
+        groups = (parse_heading(text) for text in accumulate(above, lambda a, b: b or a))
+        named = [_with_unit(f"{g.name} {h}", g.unit or "") for h, g in zip(headings, groups, strict=False)]
         told = {n for n in named if named.count(n) == 1 or meaning_of(n)}  # no title over both
         pairs = [*zip(headings, named, strict=True)]
         headings = [n if h and headings.count(h) > 1 and n in told else h for h, n in pairs]

@@ -25,7 +25,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, LastCalibration
 from workbench.extras.service.rezero.optimum import Optimum
 from workbench.extras.service.rezero.other_explanations import doubts
-from workbench.extras.service.rezero.result import JointShift, Rezero, readable
+from workbench.extras.service.rezero.result import UNDETERMINED, JointShift, Rezero, readable
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.errors.expected_deviation import USUAL_DEVIATION
@@ -112,8 +112,11 @@ def rezero(
             f"{error.after.position_mm.mean:.2g} mm off and don't determine its zero; check that they are of "
             "this arm, or recalibrate it",
         )
-    if knowledge.error is not None:
+    is_unlike_nominal = not any(s.moved for s in shifts) and error.after.expected[0] > 2.0 * NOMINAL
+    if knowledge.error is not None or is_unlike_nominal:
         reasons = reasons or still
+    if not any(s.determined for s in shifts):
+        reasons = reasons or (UNDETERMINED,)
     progress(0.9, "what can't be distinguished")
     return Rezero(
         calibrated=robot,
@@ -292,4 +295,5 @@ def _ambiguous(knowledge: LastCalibration, ready: Prepared, shifts: tuple[JointS
         why = frame if any(getattr(taken, f, True) for f in frames) else "joint"
         why += f"; if that is wrong, change free of [{frames[0]}]" if set(frames) <= set(FRAMES) else ""
         alike = f"the zero of {joints} and a turn of the {frame} ({combination.text})"
-        yield f"{alike}: it was assigned to the {why}"
+        told = f"it was assigned to the {why}" if any(s.moved for s in shifted) else "the rows tell neither"
+        yield f"{alike}: {told}"

@@ -19,6 +19,7 @@ from workbench.report.result_fields import JOINT, ResultField, ResultFields
 
 SCHEMA = "workbench.rezero/1"
 MOVED = "moved"
+UNDETERMINED = "the rows determine no joint zero; measure more poses that differ in all joints"
 
 
 def readable(unit: str) -> tuple[float, str]:
@@ -112,13 +113,13 @@ class Rezero(AbstractShown):
     def sentence(self) -> str:
         undetermined = [s.joint for s in self.shifts if not s.determined]
         lost = f"; {joint_list(undetermined)} can't be determined" if undetermined else ""
+        determined = [s for s in self.shifts if s.determined]
+        if not determined:
+            return UNDETERMINED
         if self.doubts:
             return f"not the zeros{' alone' * bool(self.moved)}: {self.doubts[0]}"
         if self.moved:
             return f"moved: {'; '.join(s.text for s in self.moved)} (95 %){lost}"
-        determined = [s for s in self.shifts if s.determined]
-        if not determined:
-            return "the rows determine no joint zero; measure more poses that differ in all joints"
         widest = max(determined, key=lambda s: s.half).cells[2].replace("±", "± ")
         still = f"{joint_list([s.joint for s in determined])} did not move" if lost else "no joint moved"
         return f"{still} by more than chance; zeros are known to {widest} or better (95 %){lost}"
