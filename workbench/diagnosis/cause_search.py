@@ -32,13 +32,21 @@ from workbench.diagnosis.claims.standard_errors import clearness
 from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
 from workbench.diagnosis.coverage import ONLY_LOADS, loads_vary, too_few_rows
 from workbench.diagnosis.drivers.driver import MIN_MIXED, SESSION, Driver, driver_of
-from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
+from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of
 from workbench.diagnosis.drivers.gravity import gravity_elsewhere
 from workbench.diagnosis.drivers.path import path_of
 from workbench.diagnosis.final_fit import fit_as_saved, geometry_as_identified
 from workbench.diagnosis.result import harm_done
 from workbench.diagnosis.search.contributions import remaining
-from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, Term, coefficients, drop, left_of
+from workbench.diagnosis.search.evidence import (
+    NONZERO_ERRORS,
+    Model,
+    Term,
+    coefficients,
+    drop,
+    is_nameless,
+    left_of,
+)
 from workbench.diagnosis.search.refit import robot_with
 from workbench.diagnosis.search.rounds import (
     Searched,

@@ -25,7 +25,7 @@ from workbench.diagnosis.claims.cause import Cause, ResidualMap, largest_first
 from workbench.diagnosis.claims.claimed_causes import MAX_CAUSES, find_causes
 from workbench.diagnosis.coverage import one_pose
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
-from workbench.diagnosis.drivers.evidence import FollowedDriver, is_nameless
+from workbench.diagnosis.drivers.evidence import FollowedDriver
 from workbench.diagnosis.gravity_tilt import gravity_direction_causes
 from workbench.diagnosis.mended_rows import MAX_MENDS, MendedRows, changes
 from workbench.diagnosis.next_poses import Measurable, next_poses
@@ -34,6 +34,7 @@ from workbench.diagnosis.payload import MISSTATED, misstated_payload, refuse_hea
 from workbench.diagnosis.remaining_error import CHANGED, LAGGED, RemainingError
 from workbench.diagnosis.result import Diagnosis, harm_done
 from workbench.diagnosis.saved_model import SavedModel, best_geometry, saved_model
+from workbench.diagnosis.search.evidence import is_nameless
 from workbench.diagnosis.verdict import conclude
 from workbench.identification import noise as noises
 from workbench.identification.checks.common_errors import two_kinds, worse_by_column

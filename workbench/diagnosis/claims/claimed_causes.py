@@ -45,10 +45,17 @@ from workbench.diagnosis.claims.standard_errors import (
 )
 from workbench.diagnosis.confidence import CERTAIN, MAX_ODDS, PROBABLE
 from workbench.diagnosis.drivers.driver import Driver, driver_of
-from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence, is_nameless
+from workbench.diagnosis.drivers.evidence import Challenge, DriverEvidence
 from workbench.diagnosis.search.contributions import remaining
 from workbench.diagnosis.search.event_search import MIN_EVENT_SHARE
-from workbench.diagnosis.search.evidence import NONZERO_ERRORS, Model, drop, jackknifed, validated
+from workbench.diagnosis.search.evidence import (
+    NONZERO_ERRORS,
+    Model,
+    drop,
+    is_nameless,
+    jackknifed,
+    validated,
+)
 from workbench.diagnosis.search.rounds import Searched
 from workbench.diagnosis.search.stepwise_search import by_claim
 from workbench.identification.problem import Noise

@@ -201,6 +201,11 @@ class Follower:
         return self.phrase.format(joint_list(joints) if joints else "")
 
 
+def followed_text(parts: Sequence[Follower]) -> str:
+    """Several processes in words: those of one kind with all their joints."""
+    return "; and ".join(dict.fromkeys(part.text(parts) for part in parts))
+
+
 def followers(
     problem: Problem, x: Float[np.ndarray, " p"], path: Path | None, drivers: Collection[Driver]
 ) -> tuple[Follower, ...]:

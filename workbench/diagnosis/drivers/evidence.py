@@ -35,6 +35,7 @@ from workbench.diagnosis.drivers.driver import (
     Shape,
     constants_over_time,
     driver_of,
+    followed_text,
     followers,
     products,
 )
@@ -46,9 +47,9 @@ from workbench.diagnosis.search.evidence import (
     Model,
     Offer,
     Remainder,
-    Term,
     coefficients,
     drop,
+    is_nameless,
     joints_of,
     left_of,
     offers,
@@ -187,11 +188,6 @@ class FollowedDriver:
         """Clause that continues `The error`."""
         other = f", or {followed_text(self.either)}" if self.either else ""
         return f"follows {followed_text(self.parts)}{other} ({self.confidence})"
-
-
-def followed_text(parts: Sequence[Follower]) -> str:
-    """Several processes in words: those of one kind with all their joints."""
-    return "; and ".join(dict.fromkeys(part.text(parts) for part in parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -600,9 +596,3 @@ def _one_by_one(
         left = with_one_more(left, (*left.model, offered[best].term))
         yield gains[best], best, left
         offered = what_add(left, tuple(offered))
-
-
-def is_nameless(term: Term) -> bool:
-    """Whether a term is no law."""
-    effect = term.candidate.effect
-    return effect.is_nameless or (term.candidate.shrunk and effect.maps_joint)

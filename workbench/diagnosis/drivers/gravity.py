@@ -15,8 +15,8 @@ from scipy import linalg, optimize
 from workbench.base.types import Vector3
 from workbench.diagnosis.confidence import CERTAIN
 from workbench.diagnosis.drivers.driver import Driver, Shape, driver_of
-from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of, is_nameless
-from workbench.diagnosis.search.evidence import JITTER, drop, factored, left_of
+from workbench.diagnosis.drivers.evidence import DriverEvidence, evidence_of
+from workbench.diagnosis.search.evidence import JITTER, drop, factored, is_nameless, left_of
 from workbench.diagnosis.search.stepwise_search import group_evidence
 
 TURNS = 30

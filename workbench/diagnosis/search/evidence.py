@@ -408,6 +408,12 @@ def joints_of(model: Model) -> set[int]:
     return {j for t in model for j in t.candidate.effect.joints}
 
 
+def is_nameless(term: Term) -> bool:
+    """Whether a term is no law."""
+    effect = term.candidate.effect
+    return effect.is_nameless or (term.candidate.shrunk and effect.maps_joint)
+
+
 def drop(model: Model, terms: Sequence[Term]) -> Model:
     gone = {id(t) for t in terms}
     return tuple(t for t in model if id(t) not in gone)
