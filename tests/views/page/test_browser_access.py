@@ -43,6 +43,12 @@ PROBLEMS = """() => {
   return out;
 }"""
 
+SHOWS_DIGITS = """() => [...document.querySelectorAll(".mantine-NumberInput-input")].filter(e => {
+  e.value = e.closest("[data-with-right-section]") ? "-127.741" : "-143.2";
+  return e.checkVisibility() && e.scrollWidth > e.clientWidth;
+}).length === 0"""
+"""Whether all fields of numbers show all digits of long ones."""
+
 
 @pytest.mark.parametrize("is_dark", [False, True])
 def test_every_control_has_a_name_and_all_words_can_be_read(app, look, is_dark):
@@ -73,3 +79,8 @@ def test_the_panel_is_as_wide_as_its_window_allows_and_all_tabs_stand_in_one_row
         narrow.goto(f"{app.url}/?fixedDpr=2")
         narrow.wait_for_function(NARROWED, timeout=60_000)
         assert narrow.get_by_test_id("reading").evaluate("e => e.scrollWidth <= e.clientWidth")
+        narrow.get_by_role("tab", name="Robot").click()
+        narrow.get_by_label("Tool angles").first.wait_for()
+        for width in (900, 2560):
+            narrow.set_viewport_size({"width": width, "height": 700})
+            narrow.wait_for_function(SHOWS_DIGITS, timeout=10_000)

@@ -101,15 +101,22 @@ div:has(> [{MESSAGE}]) {{ position: sticky; bottom: 0; z-index: 18; padding: 4px
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
 div:has(> [{ONLY_TRACK}]) + div .mantine-NumberInput-root {{ display: none }}
+.mantine-Input-wrapper:not([data-with-right-section]) > .mantine-NumberInput-input {{
+  padding-inline: 2px !important }}
 div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5em }}
 {CHARTS} {{ container-type: inline-size }}
 @container (min-width: 420px) {{ svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
-@media (min-width: {WIDE}px) {{ :root {{ --words: clamp(14px, 0.66vw, 18px) }} }}
+@media (min-width: {WIDE}px) {{
+  :root {{ --words: clamp(14px, 0.66vw, 18px) }}
+  .mantine-Button-label, .mantine-Text-root[style*="0.875em"], .mantine-Input-input, [role="tab"],
+  .mantine-Paper-root > .mantine-Paper-root {{ font-size: 14px !important }}
+}}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
   [{CAPTION}] > .figure {{ font-size: 22px }}
   .mantine-Notifications-root {{ top: 1em !important; bottom: auto }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
+  [data-with-right-section] > .mantine-NumberInput-input {{ padding-inline: .1em 1.5em !important }}
 }}
 @media (max-width: {PHONE}px) {{
   [{CAPTION}] {{ width: 100vw; font-size: 14px }}
