@@ -59,7 +59,7 @@ class JointHarmonic(AbstractEffect):
     order: int | tuple[int, ...] = 1
     range: tuple[float, ...] = ()
     name = "joint-harmonic"
-    does = "{} has an error that repeats as it turns", "{} have errors that repeat as they turn"
+    does = "{} has an error that varies with its angle", "{} have errors that vary with their angles"
     maps_joint = True
     credible = (0.05, 0.0)
     """Once per turn. For order k it is 1/k of that: no gear or disc runs 5 % faster in one part of a turn

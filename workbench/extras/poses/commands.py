@@ -39,6 +39,8 @@ def poses(
             arm, number, index=index, candidates=candidates, limits=limits, base=base, tool=tool, seed=seed
         )
     opt.show(poses_blocks(arm, found))
+    if clearance is None:
+        opt.say("note: not checked whether the arm runs into itself or its table; --clearance 10mm does")
     if out is not None:
         opt.say(f"poses: {write_poses(arm, found, out)}")
     opt.write_result(poses_json(arm, found))

@@ -31,11 +31,12 @@ UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
 """Factor and name of the units in which people read constants; coefficients of effects have their own."""
 UNINFORMATIVE_RATIO = 0.8
 """Ratio of a standard error to the prior's above which the rows carried no information."""
-SHARED, UNSEEN, WEAK = "†", "‡", "*"
+SHARED, UNSEEN, WEAK, EXPECTED = "†", "‡", "*", "without ±:"
 LEGEND = {
     SHARED: "can't be separated from others; kept as near to nominal as the rows allow",
     UNSEEN: "unobservable; left at its nominal value",
     WEAK: "barely observable; kept near its nominal value",
+    EXPECTED: "the rows tell no more of it than was expected of any arm",
 }
 MAX_POINTS = 400
 """Rows that are drawn at most; of more, evenly chosen ones."""
@@ -192,8 +193,9 @@ def parameter_blocks(fit: Fit) -> Iterator[Block]:
     free = {one.name for one in found}
     if held := [e.name for e in fit.problem.robot.elements if e.matrix is None and e.name not in free]:
         yield Sentence(", ".join(held), "held at nominal", Tone.QUIET)
+    marks = {one.mark for one in found} | {EXPECTED for one in found if one.is_expected and not one.mark}
     for mark, text in LEGEND.items():
-        if any(one.mark == mark for one in found):
+        if mark in marks:
             yield Sentence(f"{mark} {text}", tone=Tone.QUIET)
 
 

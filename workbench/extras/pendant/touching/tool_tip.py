@@ -101,7 +101,7 @@ class ToolTip(AbstractShown):
         places = [*zip("xyz", 1e3 * self.xyz, 1e3 * self.half, strict=True)]
         parts = (f"{axis} {signed(value, 3)} ± {half:.3f}" for axis, value, half in places if half == half)
         still = (f"; {a} stays {signed(v, 3)} mm, as this arm can't tilt" for a, v, h in places if h != h)
-        meet = f"{self.used} touches agree within {in_mm(self.of.scatter)}"
+        meet = f"{self.used} touches agree to {in_mm(self.of.scatter)} (rms)"
         known = (
             f"this model's flange, itself uncertain by {in_mm(self._flange)}: use the tip with this file only"
         )

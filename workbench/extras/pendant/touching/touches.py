@@ -39,7 +39,7 @@ EXACT_SCATTER = 1e-7
 """Scatter below which touches agree exactly [m]."""
 SCATTERED = 0.01
 """Scatter, as a part of the reach, that no point explains."""
-NOMINAL = "the arm is nominal: its own errors add, often 1 mm; a calibrated one gives a better result"
+NOMINAL = "no calibration is on record for this arm: if it is nominal, its own errors add, often 1 mm"
 
 
 def names_of(touches: Dataset) -> tuple[str, ...]:
