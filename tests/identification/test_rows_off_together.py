@@ -40,6 +40,12 @@ def test_errors_of_an_arm_are_no_scale(rows, span):
     assert not any(warned(1.0, 1e-3, seed=seed, rows=rows, span=span) for seed in range(40))
 
 
+def test_one_wrong_length_is_no_scale():
+    q = np.random.default_rng(2).uniform(-1.5, 1.5, (80, 6))
+    actual = with_errors(arm := wb.load_robot("ur5"), np.array([8e-3]), ("joint2.a",))
+    assert instrument_scale(arm, Dataset(q=q, position=actual.predict(q)[:, :3, 3])) == ""
+
+
 def measured(shift, away, *, noise=5e-5):
     rng, nominal = np.random.default_rng(3), wb.load_robot("ur5e").bare
     arm = with_errors(nominal, 5e-4 * rng.normal(size=len(nominal.default_free)))

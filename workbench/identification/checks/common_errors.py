@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 from scipy import special
 
 from workbench.arm.effects import JointCoupling
-from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.kinematics.forward import identification_jacobian, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -435,6 +435,15 @@ def instrument_scale(aligned: Robot, data: Dataset) -> str:
         sizes.append(float(np.sqrt(3.0 * np.mean((off - part @ factors) ** 2))))
     (without, left), scale = sizes, float(factors[-1])
     if not (left < EXPLAINED * without and MIN_SCALE < abs(scale) < 1.0):
+        return ""
+    ways, free = (
+        identification_jacobian(arm, Motion.of(rows))[1][:, :3].reshape(len(off), -1),
+        columns[:, :-1],
+    )
+    ways -= free @ np.linalg.lstsq(free, ways, rcond=None)[0]
+    rest = off - free @ np.linalg.lstsq(free, off, rcond=None)[0]
+    alone = (ways.T @ rest) ** 2 / np.maximum((ways**2).sum(0), 1e-12)
+    if 3.0 * (rest @ rest - alone.max()) / len(off) < left**2:  # one constant is nearer
         return ""
     return (
         f"all lengths are {100.0 * abs(scale):.2g} % {'longer' if scale > 0.0 else 'shorter'} than nominal, "
