@@ -252,8 +252,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     errors = np.where(components > 0.0, np.sqrt(square / vectors), np.nan)
     if own is not None:
         errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
-    position, rotation, tilt = map(frozen, errors)
-    return Errors(position, rotation, tilt, own)
+    return Errors(*map(frozen, errors), own=own)
 
 
 def count_measured(data: Dataset) -> int:
