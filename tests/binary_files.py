@@ -7,7 +7,9 @@ import openpyxl
 import pytest
 
 from workbench.base.bounded_process import ChildError
+from workbench.base.errors import FileError
 from workbench.data import binary_tables
+from workbench.data.readers import preview, read_measurements
 
 
 def zipped(*files: tuple) -> bytes:
@@ -17,6 +19,17 @@ def zipped(*files: tuple) -> bytes:
         for name, content in files:
             archive.writestr(name, content)
     return out.getvalue()
+
+
+def refusal(path, error=FileError, **options):
+    """The error that reading raises; the preview must list the same sentence instead, of no file another."""
+    with pytest.raises(error) as caught:
+        read_measurements(path, **options)
+    said, problems = str(caught.value), preview(path, **options).problems
+    assert problems == (said,) if error is FileError else said in problems
+    assert "\n" not in said
+    assert len(said) <= 300
+    return caught.value
 
 
 @pytest.fixture(autouse=True)

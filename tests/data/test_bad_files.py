@@ -2,27 +2,16 @@
 
 import numpy as np
 import pytest
-from binary_files import zipped
+from binary_files import refusal, zipped
 from refusals import mentions
 
-from workbench.base.errors import DataError, FileError, OptionError, UnitError
-from workbench.data.readers import preview, read_measurements
+from workbench.base.errors import DataError, OptionError, UnitError
+from workbench.data.readers import read_measurements
 
 HEAD = "q1[rad],q2[rad],x[m],y[m],z[m]\n"
 ROWS = "0.1,0.2,1.0,2.0,3.0\n0.3,0.4,1.1,2.1,3.1\n"
 TWICE = "".join(f"0,0,{k},{k * k},1,{k + 2},{k * k},{3 + 2 * (k % 2)}\n" for k in range(6))
 TWICE = f"{HEAD.strip()},Xm,Ym,Zm\n{TWICE}"
-
-
-def refusal(path, error=FileError, **options):
-    """The error that reading raises; the preview must list the same sentence instead."""
-    with pytest.raises(error) as caught:
-        read_measurements(path, **options)
-    shown = preview(path, **options)
-    assert shown.problems
-    assert str(caught.value) in shown.problems
-    assert "\n" not in str(caught.value)
-    return caught.value
 
 
 def test_missing_units_are_named_together(file):

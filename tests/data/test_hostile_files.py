@@ -5,14 +5,13 @@ import tracemalloc
 import zipfile
 
 import pytest
-from binary_files import workbook
+from binary_files import refusal, workbook
 from refusals import mentions, refuses
 
 from workbench.base import bounded_process
 from workbench.base.bounded_process import ChildError, in_child
-from workbench.base.errors import FileError
 from workbench.base.progress import Cancelled, running
-from workbench.data.readers import preview, read_measurements
+from workbench.data.readers import read_measurements
 
 
 def changed(content: bytes, old: bytes, new: bytes) -> bytes:
@@ -25,25 +24,15 @@ def changed(content: bytes, old: bytes, new: bytes) -> bytes:
     return file.getvalue()
 
 
-def refusal(tmp_path, name: str, content: bytes) -> str:
-    path = tmp_path / name
-    path.write_bytes(content)
-    with pytest.raises(FileError) as caught:
-        read_measurements(path)
-    assert preview(path).problems == (str(caught.value),)
-    assert len(str(caught.value)) <= 300
-    return str(caught.value)
-
-
-def test_a_row_of_a_number_that_no_sheet_has(tmp_path):
+def test_a_row_of_a_number_that_no_sheet_has(file):
     content = changed(workbook({"Sheet": [["q1[deg]"], [1]]}), b'r="2"', b'r="2000000000"')
-    assert mentions(refusal(tmp_path, "far.xlsx", content), 1048576)
+    assert mentions(str(refusal(file(content, "far.xlsx"))), 1048576)
 
 
-def test_a_joint_of_a_number_beyond_all_counting(tmp_path):
+def test_a_joint_of_a_number_beyond_all_counting(file):
     text = b"q1[deg],q2[deg],q3000000000[deg],x[mm],y[mm],z[mm]\n1,2,3,4,5,6\n"
     tracemalloc.start()
-    said = refusal(tmp_path, "far.csv", text.replace(b"3000000000", b"300000000"))
+    said = str(refusal(file(text.replace(b"3000000000", b"300000000"), "far.csv")))
     assert tracemalloc.get_traced_memory()[1] < 1e8  # a name for each would take gigabytes
     tracemalloc.stop()
     assert mentions(said, "joint 3")

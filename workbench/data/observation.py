@@ -135,11 +135,6 @@ class AbstractObservation(ABC):
         """Meaning of each of the m residual components."""
 
     @property
-    def is_rotation(self) -> Bool[np.ndarray, " m"]:
-        """Which components are of orientation."""
-        return np.array([channel in (Channel.ROTATION, Channel.TILT) for channel in self.channels], bool)
-
-    @property
     def seen(self) -> Bool[np.ndarray, "..."]:
         """Which components of which rows were measured; all by default."""
         return np.ones((1, len(self.channels)), bool)

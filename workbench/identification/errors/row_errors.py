@@ -16,7 +16,7 @@ from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observation import OwnErrors
+from workbench.data.observation import Channel, OwnErrors
 from workbench.data.prediction import predict, row_components
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Noise, Problem
@@ -242,7 +242,8 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
             table[:, rows] = found[1:]
             own = OwnErrors(found.name, *map(frozen, table))
             continue
-        seen, turns = np.broadcast_to(observation.seen, at.residual.shape), observation.is_rotation
+        seen = np.broadcast_to(observation.seen, at.residual.shape)
+        turns = np.array([c in (Channel.ROTATION, Channel.TILT) for c in observation.channels], bool)
         measured = np.where(seen, at.residual, 0.0) ** 2
         for kind, mine in ((0, ~turns), (1 if observation.link is None else 2, turns)):
             square[kind, rows] += measured[:, mine].sum(1)
@@ -251,8 +252,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     errors = np.where(components > 0.0, np.sqrt(square / vectors), np.nan)
     if own is not None:
         errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
-    position, rotation, tilt = map(frozen, errors)
-    return Errors(position, rotation, tilt, own)
+    return Errors(*map(frozen, errors), own=own)
 
 
 def together(fitted: Dataset, others: Dataset) -> tuple[Dataset, list[np.ndarray]] | None:
