@@ -27,17 +27,7 @@ from workbench.data.readers.file_kind import PROGRAM, PROGRAMS, FileKind, kind_o
 from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts import AbstractFileLayout, AbstractTableLayout
-from workbench.data.readers.table import (
-    Grid,
-    Table,
-    grid_of,
-    numbered_alike,
-    only_table,
-    turned,
-    with_axes,
-    with_headings,
-    with_names,
-)
+from workbench.data.readers.table import Grid, Table, grid_of, only_table, turned, with_headings, with_names
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, sheets_apart
 from workbench.parts import warn_of_broken
@@ -214,9 +204,7 @@ def read_table(
     grid = read_grid(Path(source), sheet=sheet) if isinstance(source, str | PathLike) else read_frame(source)
     if naming and naming.items:
         return with_names(grid, columns_option.headings_in_order(naming, len(grid.rows[-1])))
-    return numbered_alike(
-        with_headings(only_table(arrays.with_lists(turned(with_axes(grid)))), naming, joints)
-    )
+    return with_headings(only_table(arrays.with_lists(turned(grid))), naming, joints)
 
 
 def read_grid(path: Path, *, sheet: str | None = None) -> Grid:

@@ -129,6 +129,7 @@ def with_points(grid: Grid) -> Grid:
 
 def turned(grid: Grid) -> Grid:
     """The grid with its headings above where they stand in the first column, beside one for each pose."""
+    grid = _with_axes(grid)
     keys = {*keys_of([cell for row in grid.rows for cell in row[:1]])}
     if "q1" not in keys or not any(map(is_observed, keys)) or named_keys(grid):
         return grid
@@ -137,7 +138,7 @@ def turned(grid: Grid) -> Grid:
     return replace(grid, rows=rows, lines=[*range(1, len(rows) + 1)], notes=notes)
 
 
-def with_axes(grid: Grid) -> Grid:
+def _with_axes(grid: Grid) -> Grid:
     """The grid with one row a point where X, Y and Z stand in three, named in a column, as of PolyWorks."""
     head, *body = grid.rows or [[]]
     bodies = [
@@ -270,10 +271,11 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     for heading in headings:
         if (ours := said.get(heading, heading)) != heading:
             notes.append(f"column '{heading}' is {'left out' if ours == IGNORED else f'read as {ours}'}")
-    return replace(_table(grid, body, headings, names, grid.lines[head], notes), has_option=has_option)
+    table = _table(grid, body, headings, names, grid.lines[head], notes)
+    return _numbered_alike(replace(table, has_option=has_option))
 
 
-def numbered_alike(table: Table) -> Table:
+def _numbered_alike(table: Table) -> Table:
     """The table with a second part beside the first in the order of its rows, where both number them."""
     counts = [k for k, name in enumerate(table.names) if normalised(name).rpartition("_")[2] in COUNTERS]
     first, second = (table.columns[k] for k in counts) if len(counts) == 2 else ((), ())
