@@ -195,7 +195,8 @@ def _additions(search: CauseSearch, saved: SavedModel, harm: str | None) -> Iter
     others = search.after.without(saved.suspects).text("mean")
     if others and saved.suspects.any() and not saved.suspects.all():
         rows = first_of(search.ready.held_out_data.row[saved.suspects].tolist(), MAX_NAMED_ROWS)
-        yield f"No arm explains held-out rows {rows}; the error of the others is {others}."
+        misses = "The arm with these effects misses" if search.last.model else "No arm explains"
+        yield f"{misses} held-out rows {rows}; the error of the others is {others}."
     if saved.now:
         yield saved.now.sentence
 

@@ -354,7 +354,7 @@ def _hangs(rows: DrivenRows) -> Iterator[Follower]:
     what = "the direction of gravity in the frame of the "
     both, tool = np.column_stack([down[:, -1], np.sign(down[:, -1])]), Insertion.SLIP
     for moved, features in (tool.frame[:3], down[:, -1]), ((), both):
-        yield rows.follower(Driver.LOAD, f"{what}tool, in it", features, moved=moved, kind=tool)
+        yield rows.follower(Driver.LOAD, f"{what}tool, in the tool", features, moved=moved, kind=tool)
     what, link = f"{what}link after {{}}, in its lengths", Insertion.BEND
     for j in rows.lengths.keys() & rows.varied(down):
         yield rows.follower(Driver.LOAD, what, down[:, j], joints=(j,), moved=rows.lengths[j], kind=link)
