@@ -19,14 +19,12 @@ from workbench.base.remedy import remedy
 from workbench.base.units import Quantity, conversion
 from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
-from workbench.data.postures import equal_rows, repeats
+from workbench.data.postures import equal_rows, postures
 
 SLACK, NO_DIFFERENCE = 0.05, 1e-6
 """How far beyond a limit a joint may be without a note, and what is no difference [rad or m]."""
 MIN_STILLS, SETTLED, NOTICED = 8, 4.0, 2e-5
 """How many stills tell whether readings settle; by which factor [1], and beyond which distance [m]."""
-ON_ITS_WAY = 1.5, 0.8
-"""Between which factors of the last and of the first way the second reading's is: a step has no such."""
 UNCOMPARED = {"row", "place", "group", "exclude", "reason"}
 """Columns that tell nothing of what was measured."""
 
@@ -110,17 +108,11 @@ def _settling(dataset: Dataset) -> Iterator[str]:
     if seen is None:
         return
     rows = np.flatnonzero(dataset.included & np.isfinite(seen).all(1))
-    told = [own for own in (repeats(dataset), dataset.payload, dataset.direction) if own is not None]
-    differs = np.diff(np.nan_to_num(np.column_stack(told))[rows], axis=0).any(1)
-    stills = [k for k in np.split(rows, np.flatnonzero(differs) + 1) if len(k) > 2]
-    if len(stills) < MIN_STILLS:
-        return
-    ways = [seen[k[[0, 1, -1]]] - seen[k[len(k) // 2]] for k in stills]
-    early, second, late = np.median(np.linalg.norm(ways, axis=2), axis=0)
-    rest = max(late, NOTICED)
-    if (
-        early > SETTLED * rest and ON_ITS_WAY[0] * rest < second < ON_ITS_WAY[1] * early
-    ):  # no step of what differs
+    stills = np.split(rows, np.flatnonzero(np.diff(postures(dataset.q[rows]))) + 1)
+    stills = [k for k in stills if len(k) > 2]
+    ways = [seen[k[[0, -1]]] - seen[k[len(k) // 2]] for k in stills]
+    early, late = np.median(np.linalg.norm(ways, axis=2), axis=0) if len(ways) >= MIN_STILLS else (0.0, 0.0)
+    if early > SETTLED * max(late, NOTICED):
         before = dataset.row[np.concatenate([k[: len(k) // 2] for k in stills])].tolist()
         moved = f"moves by {in_mm(early)}, then by {in_mm(late)}: they began before the arm stood still"
         out = f"leave out rows {ranges(before)}{remedy(' (--exclude)', page='')}"

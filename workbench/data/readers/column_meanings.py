@@ -265,8 +265,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
             return TableColumn(index=column.index, heading=column.heading)
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
-    is_said = normalised(parse_heading(table.names[column.index]).name) not in ("load", "mass")
-    if key == "payload" and not is_said and suits(column.unit or "", "force_x") and _is_gauge(column.cells):
+    is_load = normalised(parse_heading(table.names[column.index]).name) == "load"
+    if is_load and suits(column.unit or "", "force_x") and _is_gauge(column.cells):
         remark = f"'{column.heading}' changes as a force gauge does, not as a payload, and is left out"
         return replace(column, key=None, remark=remark)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))

@@ -287,16 +287,11 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
 def _numbered_alike(table: Table, texts: list[str]) -> Table:
     """The table with a second part beside the first in the order of its rows, where one heading numbers both:
     the joints stand in one of them, what was observed in the other."""
-    counts = [k for k, text in enumerate(texts[: len(table.names)]) if normalised(text) in COUNTERS]
-    if len(counts) != 2 or len({texts[k] for k in counts}) == 2:
-        return table
-    start, (first, second) = counts[1], (table.columns[k] for k in counts)
+    start = max((k for k, text in enumerate(texts) if normalised(text) in COUNTERS), default=0)
+    first, second = table.columns[texts.index(texts[start])], table.columns[start]
     place = {number: k for k, number in enumerate(second)}
-    parts = [keys_of(list(names)) for names in (table.names[:start], table.names[start:])]
-    are_apart = sorted(("q1" in own, any(map(is_observed, own))) for own in parts) == [
-        (False, True),
-        (True, False),
-    ]
+    parts = (keys_of([*names]) for names in (table.names[:start], table.names[start:]))
+    are_apart = {("q1" in own, any(map(is_observed, own))) for own in parts} == {(True, False), (False, True)}
     if not are_apart or first == second or len(place) < len(second) or place.keys() != {*first}:
         return table
     at = [place[number] for number in first]
