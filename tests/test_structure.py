@@ -42,7 +42,7 @@ BUDGETS = {
     "arm": 8_733,
     "data": 5_336,
     "plate": 4_700,
-    "identification": 9_156,
+    "identification": 9_157,
     "diagnosis": 6_837,
     "exports": 588,
     "session": 6_070,
