@@ -103,16 +103,19 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> Iterator
 
 
 def _settling(dataset: Dataset) -> Iterator[str]:
-    """Readings of stills that move on until their middle and stay then: scatter and drift don't end there."""
+    """Readings of stills that move on, ever less, until their middle: scatter, drift, and jumps don't."""
     seen = dataset.position if dataset.markers is None else dataset.markers[:, 0]
     if seen is None:
         return
     rows = np.flatnonzero(dataset.included & np.isfinite(seen).all(1))
     stills = np.split(rows, np.flatnonzero(np.diff(postures(dataset.q[rows]))) + 1)
-    stills = [k for k in stills if len(k) > 2]
-    ways = [seen[k[[0, -1]]] - seen[k[len(k) // 2]] for k in stills]
-    early, late = np.median(np.linalg.norm(ways, axis=2), axis=0) if len(ways) >= MIN_STILLS else (0.0, 0.0)
-    if early > SETTLED * max(late, NOTICED):
+    stills = [k for k in stills if len(k) > 4]
+    if len(stills) < MIN_STILLS:
+        return
+    ways = [seen[k[[0, 1, -1]]] - seen[k[len(k) // 2]] for k in stills]
+    early, second, late = np.median(np.linalg.norm(ways, axis=2), axis=0)
+    is_jump = abs(second / max(early, NOTICED) - 0.5) > 0.4  # another load or approach
+    if not is_jump and early > SETTLED * max(late, NOTICED):
         before = dataset.row[np.concatenate([k[: len(k) // 2] for k in stills])].tolist()
         moved = f"moves by {in_mm(early)}, then by {in_mm(late)}: they began before the arm stood still"
         out = f"leave out rows {ranges(before)}{remedy(' (--exclude)', page='')}"

@@ -106,7 +106,8 @@ class SavedArm:
         """Errors of each format's arm on those of some rows for which it is valid."""
         if not len(shown := self.valid_for(data)):
             return dict.fromkeys(self.formats, UNKNOWN)
-        rows, (_, mine) = together(self.fitted, shown) or (shown, (None, np.arange(len(shown))))
+        both = None if data is self.fitted else together(self.valid_for(self.fitted), shown)
+        rows, (_, mine) = both or (shown, (None, np.arange(len(shown))))
         return {
             name: row_errors(arm, rows, known=self.known).take(mine) for name, arm in self.formats.items()
         }
