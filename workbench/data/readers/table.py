@@ -142,19 +142,18 @@ def turned(grid: Grid) -> Grid:
 def _with_axes(grid: Grid) -> Grid:
     """The grid with one row a point where X, Y and Z stand in three, named in a column, as of PolyWorks."""
     head, *body = grid.rows or [[]]
-    bodies = [
-        [[*row, *[""] * (len(head) - len(row))] for row in body[k : k + 3]] for k in range(0, len(body), 3)
-    ]
-    is_axes = lambda k: len(body) > 3 and all([r[k].lower() for r in own] == [*"xyz"] for own in bodies)  # noqa: E731
-    if (axis := next(filter(is_axes, range(len(head))), None)) is None:
+    even = [[*row, *[""] * (len(head) - len(row))] for row in body]
+    bodies = [even[k : k + 3] for k in range(0, len(even), 3)]
+    columns = [[[row[k] for row in own] for own in bodies] for k in range(len(head))]
+    axes = [k for k, own in enumerate(columns) if {*map("".join, own)} <= {"XYZ", "xyz"}]
+    if len(body) < 4 or not axes:
         return grid
-    rest = [k for k in range(len(head)) if k != axis]
-    shared = {k for k in rest if all(len({row[k] for row in own if row[k]}) < 2 for own in bodies)}
-    names = [[head[k]] if k in shared else [f"{a} {head[k]}" for a in "XYZ"] for k in rest]
-    cells = (
-        [[max(r[k] for r in own)] if k in shared else [r[k] for r in own] for k in rest] for own in bodies
-    )
-    rows = [[*chain(*row)] for row in (names, *cells)]
+    found = list[list[str]]()
+    for k in filter(axes[0].__ne__, range(len(head))):
+        is_shared = all(len({*three} - {""}) < 2 for three in columns[k])
+        apart = ([f"{a} {head[k]}", *(three[i] for three in columns[k])] for i, a in enumerate("XYZ"))
+        found += [[head[k], *map(max, columns[k])]] if is_shared else apart
+    rows = [*map(list, zip(*found, strict=True))]
     known, keys = {*keys_of(head)}, {*keys_of(rows[0])}
     if not (known <= keys and {*"xyz"} <= keys - known):  # X, Y and Z are names, or ways, of something else
         return grid
