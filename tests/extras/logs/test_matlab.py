@@ -11,8 +11,8 @@ from refusals import refuses
 from scipy.io import savemat
 from slow import slow
 
+from tests.binary_files import refusal
 from tests.data.test_forms import ROTATED
-from tests.data.test_hostile_files import refusal
 from workbench.base.errors import FileError, OptionError
 from workbench.data import binary_tables
 from workbench.data.readers import read_measurements, read_trajectory
@@ -137,7 +137,8 @@ def test_a_hostile_matlab_file_costs_one_sentence(name, tmp_path, monkeypatch):
     content, text = HOSTILE[name]
     if name == "bomb":
         monkeypatch.setattr(binary_tables, "BASE_MEMORY", 16 * 2**20)
-    assert re.search(text, refusal(tmp_path, "hostile.mat", content()))
+    (path := tmp_path / "hostile.mat").write_bytes(content())
+    assert re.search(text, str(refusal(path)))
 
 
 def test_variables_of_every_class_are_read_and_none_that_is_changed_does_more_harm(tmp_path):

@@ -148,6 +148,9 @@ def test_tables_are_read_as_they_stand_in_books(tmp_path):
         path.write_text(f"theta,d,a,alpha\n{unsaid}")
         with refuses(FileError, "d is 'd1'", line=2):
             read_joint_table(path)
+    path.write_text("theta[rad],d,a,alpha[deg]\nq1,0,0,pi/2\n")
+    with refuses(FileError, "pi is of radians"):
+        read_joint_table(path)
     path.write_text(f"theta[rad],d[mm],a[mm],alpha[rad],type\n{rows.replace('q1-90', 'q1 − pi/2')}")
     rows = read_joint_table(path).rows
     assert [row["type"] for row in rows] == ["fixed", "revolute", "prismatic"]

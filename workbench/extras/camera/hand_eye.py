@@ -281,8 +281,9 @@ def _doubt(fit: PairFit, robot: Poses, target: Poses, row: Int[np.ndarray, " row
         between = f"between pairs {row[fit.kept[fit.kept < pair][-1]]} and {row[pair]}"
         return f"the {what} moved by {_error(by)} {between}: give those before or after alone"
     if fit.scale < 0.0 and (fit.rms <= MAX_LEFT).all():
-        turn = "negate y of its positions, and qx and qz, or rx and rz, of its turns"
-        return _open(fit, robot) or f"{_scale(fit)}: one side's axes are left-handed, as Unity's: {turn}"
+        why = "one side's axes are left-handed, as Unity's, or only its positions have the wrong sign"
+        turn = "negate y of them, and qx and qz, or rx and rz, of its turns; or x, y and z of them alone"
+        return _open(fit, robot) or f"{_scale(fit)}: {why}: {turn}"
     if abs(fit.scale - 1.0) > MAX_SCALE and fit.rms[1] <= MAX_LEFT[1] and fit.scale > fit.half[12]:
         cure = "the target's size, the focal length or the unit" if fit.along.all() else "the focal length"
         size = f"{_scale(fit)}: correct {cure}"

@@ -93,10 +93,14 @@ def read_joint_table(path: Path | str) -> JointTable:
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if {*map(_number, cells)} - {None}]
     named = {k: [*zip(names, cells, strict=False)] for k, cells in filled}
-    texts = (text.strip().lower() for own in named.values() for name, text in own if name in CONSTANTS)
-    has_drives = any(map(DRIVE.match, texts))
+    texts = [
+        (name, text.strip().lower()) for own in named.values() for name, text in own if name in CONSTANTS
+    ]
+    has_drives = any(DRIVE.match(text) for _, text in texts)
     rows = [_row(own, grid, k, has_drives=has_drives) for k, own in named.items()]
     units = {name: UNITS.get(unit, unit) for name, unit in zip(names, stands, strict=True) if unit}
+    if of_pi := [text for name, text in texts if units.get(name) == "deg" and re.search("pi|π", text)]:
+        raise grid.error(f"'{of_pi[0]}' stands under a heading in deg: pi is of radians")
     for constants, known in ((("d", "a"), LENGTHS), (("theta", "alpha", "beta"), ANGLES)):
         there = [name for name in constants if name in names]
         if {units.get(name) for name in there} == {*known}:  # each in its own
