@@ -41,7 +41,9 @@ def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes
             return str(table.typed)
         seen = last
         set_value(poses.control, "\n".join(last.poses))
-        return decode(last.content, Path(last.name))[0]
+        with suppress(FileError):  # no text
+            return decode(last.content, Path(last.name))[0]
+        return ""
 
     gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
     hint = "Of your robot; without one, poses check the open robot."
