@@ -54,10 +54,12 @@ def test_the_same_numbers_in_every_text_form(read, content):
 
 TABLE = [["q1[deg]", "x[m]", "y[m]", "z[m]", "session"], [90, 1.0, 2.5, 3.0, "a"]]
 TABLE.append([45.5, 1.0, None, 3.0, "b"])
+OFF = [["#", *TABLE[0]], [1, *TABLE[1]], [2, *TABLE[2]], ["#", *TABLE[1]]]
 
 
-def test_workbook_with_gap_and_labels(read):
-    data = read(workbook({"Notes": [["hello"]], "Data": TABLE}), "t.xlsx")
+@pytest.mark.parametrize("table", [TABLE, OFF])
+def test_workbook_with_gap_and_labels(read, table):
+    data = read(workbook({"Notes": [["hello"]], "Data": table}), "t.xlsx")
     np.testing.assert_allclose(data.q[:, 0], np.radians([90, 45.5]))
     assert data.exclude.tolist() == [False, True]
     assert data.reason[1] == "lacks y"

@@ -131,6 +131,8 @@ HEAD, R = "q1[deg],x[mm],y[mm],z[mm]", ",0,1,0,-1,0,0,0,0,1\n"
         ("A1[deg],A1_ACT[deg],q_ref1[deg],x[mm],y[mm],z[mm]\n0,1,5,1,2,3\n0,2,5,9,9,9\n0,3,5,4,5,6\n", []),
         ("q1[deg],q1[arcmin],x[mm],y[mm],z[mm]\n1,60,1,2,3\n2,120,9,9,9\n3,180,4,5,6\n", []),
         ("No,q1[deg],No,x[mm],y[mm],z[mm]\n1,1,3,4,5,6\n2,2,1,1,2,3\n3,3,2,9,9,9\n", []),
+        ("Pose No,q1[deg],Run No,x[mm],y[mm],z[mm]\n1,1,3,1,2,3\n2,2,1,9,9,9\n3,3,2,4,5,6\n", []),
+        (f"Day A\n{HEAD}\n1,1,2,3\n2,9,9,9\nDay B\n{HEAD}\n3,4,5,6\n", []),
         ("q1[Â°],x[mm],y[mm],z[mm]\n1,1,2,3\n2,9,9,9\n3,4,5,6\n", []),
         (
             "q1[deg],Control,Nom[mm],Meas[mm]\n1,X,0,1\n,Y,0,2\n,Z,0,3\n2,X,0,9\n,Y,0,9\n,Z,0,9\n3,X,0,4\n,Y,0,5\n,Z,0,6",
@@ -300,8 +302,23 @@ def test_a_lone_column_of_seconds_or_of_a_clock_that_goes_on_is_the_time(tmp_pat
     assert read_measurements(path).time is None
 
 
+def test_columns_that_say_what_they_are_or_nothing(tmp_path):
+    head = f"Way,{HEAD},payload[N],tcp/C,q1/s,q1_mean[deg]"
+    rows = (f"{'XYZ'[k % 3]},{k},{k},1,2,{5 * k % 9 + 1},7,8,9\n" for k in range(9))
+    (tmp_path / "t.csv").write_text("".join([head, "\n", *rows]))
+    data = read_measurements(tmp_path / "t.csv")
+    assert data.temperature is None
+    assert data.payload[:3] * 9.80665 == pytest.approx([1.0, 6.0, 2.0])
+    assert data.position[:, 0] == pytest.approx(np.arange(9) * 1e-3)
+
+
 @pytest.mark.parametrize(
-    ("head", "key"), [("Arm unten (°C)", "temperature"), ("CPU (°C)", None), ("Load [N]", None)]
+    ("head", "key"),
+    [
+        *((f"{of} (°C)", "temperature") for of in ("Arm unten", "Klimaschrank")),
+        ("CPU (°C)", None),
+        ("Load [N]", None),
+    ],
 )
 def test_a_lone_temperature_is_known_by_its_unit(tmp_path, head, key):
     """A force gauge's readings were loads, a controller's temperature the arm's."""

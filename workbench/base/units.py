@@ -57,9 +57,7 @@ REMARKS = {
 _TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
 _BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
-_UNIT_IN_TEXT = re.compile(
-    r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|(?:\s*/\s*|(?:\s+in|,)\s+)(?P<b>[^\s/]+))\s*"
-)
+_UNIT_IN_TEXT = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|(?:\s/\s*|(?:\s+in|,)\s+)(?P<b>\S+))\s*")
 
 
 class Heading(NamedTuple):
@@ -96,7 +94,7 @@ COMMON = {
 def parse_heading(text: str) -> Heading:
     """Split a column heading into name and unit.
 
-    'q1[deg]' and 'q1 [deg]' always; 'q1 (deg)', 'x / mm', 'x/mm', 'x, mm', 'x in mm' where one stands there.
+    'q1[deg]' and 'q1 [deg]' always; 'q1 (deg)', 'x / mm', 'x, mm', 'x in mm' where what stands there is one.
     """
     text = text.strip().replace("\uff08", "(").replace("\uff09", ")")  # of Chinese
     if match := _BRACKETED.fullmatch(text):

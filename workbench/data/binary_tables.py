@@ -93,7 +93,8 @@ def _sheet_cells(sheet) -> Cells:
             raise ChildError(f"row {number} reaches beyond column {MAX_COLUMNS}")
         cells = [text_of(value) for value in row]
         first = next(filter(None, cells), "#")
-        if first == "#" != "".join(cells) or not first.startswith("#"):  # alone it heads a column of numbers
+        is_head = first == "#" != "".join(cells) and not any(isinstance(v, int | float) for v in row)
+        if is_head or not first.startswith("#"):  # alone it heads a column of numbers
             rows.append(cells)
             lines.append(number)
     return rows, lines

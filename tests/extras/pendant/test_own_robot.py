@@ -144,9 +144,10 @@ def test_tables_are_read_as_they_stand_in_books(tmp_path):
     assert given.rows[1]["theta"] == pytest.approx(-np.pi / 2)
     path.write_text("theta,d,a,alpha\nθ1,0.1,0,0\n0,d2*,0,0\nq3,1,0,0\n")
     assert [row["type"] for row in read_joint_table(path).rows] == ["revolute", "prismatic", "revolute"]
-    path.write_text("theta,d,a,alpha\nθ1,d1,0,0\n0,d2,0,0\n")
-    with refuses(FileError, "d is 'd1'", line=2):
-        read_joint_table(path)
+    for unsaid in ("θ1,d1,0,0\n0,d2,0,0\n", "0,d1,0,0\n90,0,1,0\n"):
+        path.write_text(f"theta,d,a,alpha\n{unsaid}")
+        with refuses(FileError, "d is 'd1'", line=2):
+            read_joint_table(path)
     path.write_text(f"theta[rad],d[mm],a[mm],alpha[rad],type\n{rows.replace('q1-90', 'q1 − pi/2')}")
     rows = read_joint_table(path).rows
     assert [row["type"] for row in rows] == ["fixed", "revolute", "prismatic"]

@@ -60,7 +60,7 @@ _RATE = re.compile(
     r"(^|_)([qj]_?d+_?\d|d[qj]_?\d|(current|speed|velocity|acceleration|force|previous|last)s?(_|$|\d))"
 )
 """Names of joints' velocities, or of where they should be, and of what is neither a joint nor a place."""
-_ELSEWHERE = re.compile(r"[cg]pu|controller|control_box|cabinet|computer|steuerung|schrank|rechner")
+_ELSEWHERE = re.compile(r"(^|_)([cg]pu|controller|control_box|cabinet|steuerung|schaltschrank)(_|$)")
 """Where temperatures are that tell nothing of the arm's."""
 _DEVIATION = re.compile(r"(d|delta|dev\w*|diff?|err\w*)_?[xyz]|[xyz]_?(delta|dev\w*|diff?|err\w*)")
 
@@ -265,7 +265,8 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
             return TableColumn(index=column.index, heading=column.heading)
         problem = UnitError(str(table.error(str(error), column.index)), unit=column.unit or "")
         return replace(column, problem=problem)
-    if key == "payload" and suits(column.unit or "", "force_x") and _is_gauge(column.cells):
+    is_load = normalised(parse_heading(table.names[column.index]).name) == "load"
+    if is_load and suits(column.unit or "", "force_x") and _is_gauge(column.cells):
         remark = f"'{column.heading}' changes as a force gauge does, not as a payload, and is left out"
         return replace(column, key=None, remark=remark)
     remarks = filter(None, (column.remark, REMARKS.get(column.unit or "")))
@@ -274,9 +275,9 @@ def _with_unit(column: TableColumn, table: Table, columns: list[TableColumn]) ->
 
 
 def _is_gauge(cells: tuple[str, ...]) -> bool:
-    """Whether forces change from row to row, or pull and push, as no load does."""
-    is_new = len({*cells}) > max(MIN_ROWS, len(cells) / 2)
-    return is_new or bool((numbers_in(cells) < 0.0).any())
+    """Whether forces change from row to row, up and down, or pull and push, as no load does."""
+    way, is_new = np.diff(numbers := numbers_in(cells)), len({*cells}) > max(MIN_ROWS, len(cells) / 2)
+    return bool((numbers < 0.0).any() or (is_new and (way < 0.0).any() and (way > 0.0).any()))
 
 
 def _doubt_of_dates(table: Table, index: int) -> str:

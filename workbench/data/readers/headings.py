@@ -40,7 +40,7 @@ _MEASURED_BY = re.compile(
     rf"(^|_)(measured|measurement|observed|meas|mess|messung|messwert|{_INSTRUMENT})\d*(_|$)"
 )
 _REACHED = re.compile(r"(^[qj]|^|_)(actual|act|real|ist|reached)\d*(_|$)")
-_OF_INSTRUMENT = re.compile(rf"(^|_)({_INSTRUMENT})(_|$)")
+_NO_JOINT = re.compile(rf"(^|_)({_INSTRUMENT}|mean|mittelwert)(_|$)")
 CONTROLLER = re.compile(r"(?:^|[\s_./-])(?:tcp|posx|robot|fk|calc|theo|sim|o_t_ee)(?=$|[\s_./([-])", re.I)
 """What stands with places that a controller or a model computes: none was measured."""
 COMMAND = re.compile(rf"^(?:{_COMMAND})[\s\-./_]+|[\s\-./_]+(?:{_COMMAND})(?=\s*(?:[\[(]|$))", re.I)
@@ -106,7 +106,7 @@ _GROUPED = re.compile(
 )
 _SEXAGESIMAL = re.compile(r"([-+]?)(\d+)°\s*(\d+)['′’]\s*(\d+\.?\d*)(?:[\"″”]|'')")
 _UNIT_ENDING = re.compile(
-    r"(.+?)[_ ](?:(mm|cm|um|µm|m|in|deg|derece|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)|(mm|deg|rad)([_ ][xyz]))"
+    r"(.+?)[_ /](?:(mm|cm|um|µm|m|in|deg|derece|°|rad|mrad|degC|°C|K|s|ms|kg|Nm)|(mm|deg|rad)([_ ][xyz]))"
 )
 _POINTS = ["{a}{k}", "{a}_{k}", "p{k}{a}", *(f"{p}{{k}}_{{a}}" for p in ("p", "p_", "pt", "point", "point_"))]
 """How points of the tool are counted: x1, x_1, p1x, P1.X, pt_1_x …"""
@@ -141,8 +141,8 @@ def _meaning(name: str, table: tuple[Column, ...]) -> str | None:
             is_numbered = column.per is Per.JOINT or (column.observed and column.quantity)  # distance1 …
             if is_numbered and numbered is not None and numbered[1] in names:
                 return column.name + (numbered[2].lstrip("0") or "0")
-    around, instrument = AROUND.sub("", plain), _OF_INSTRUMENT.search(plain)
-    owned = {joint_name(plain): True, around: False if instrument else None, plain: None}
+    is_around = False if _NO_JOINT.search(plain) else None
+    owned = {joint_name(plain): True, AROUND.sub("", plain): is_around, plain: None}
     for (pattern, template), (own, is_joint) in product(_PATTERNS, owned.items()):
         if match := pattern.fullmatch(own):
             groups = (group.lstrip("0") or "0" for group in match.groups() if group is not None)

@@ -26,6 +26,7 @@ from workbench.data.readers.headings import (
     meaning,
     meaning_of,
     normalised,
+    number_in,
     quantities_of,
     split_ending,
     unit_apart,
@@ -141,22 +142,22 @@ def turned(grid: Grid) -> Grid:
 def _with_axes(grid: Grid) -> Grid:
     """The grid with one row a point where X, Y and Z stand in three, named in a column, as of PolyWorks."""
     head, *body = grid.rows or [[]]
-    bodies = [
-        [[*row, *[""] * (len(head) - len(row))] for row in body[k : k + 3]] for k in range(0, len(body), 3)
-    ]
-    is_axes = lambda k: len(body) > 3 and all([r[k].lower() for r in own] == [*"xyz"] for own in bodies)  # noqa: E731
-    if (axis := next(filter(is_axes, range(len(head))), None)) is None:
+    even = [[*row, *[""] * (len(head) - len(row))] for row in body]
+    bodies = [even[k : k + 3] for k in range(0, len(even), 3)]
+    columns = [[[row[k] for row in own] for own in bodies] for k in range(len(head))]
+    axes = [k for k, own in enumerate(columns) if {*map("".join, own)} <= {"XYZ", "xyz"}]
+    if len(body) < 4 or not axes:
         return grid
-    rest = [k for k in range(len(head)) if k != axis]
-    shared = {k for k in rest if all(len({row[k] for row in own if row[k]}) < 2 for own in bodies)}
-    names = [[head[k]] if k in shared else [f"{a} {head[k]}" for a in "XYZ"] for k in rest]
-    cells = (
-        [[max(r[k] for r in own)] if k in shared else [r[k] for r in own] for k in rest] for own in bodies
-    )
-    rows, notes = (
-        [[*chain(*row)] for row in (names, *cells)],
-        (*grid.notes, "X, Y and Z of a point stand in three rows"),
-    )
+    found = list[list[str]]()
+    for k in filter(axes[0].__ne__, range(len(head))):
+        is_shared = all(len({*three} - {""}) < 2 for three in columns[k])
+        apart = ([f"{a} {head[k]}", *(three[i] for three in columns[k])] for i, a in enumerate("XYZ"))
+        found += [[head[k], *map(max, columns[k])]] if is_shared else apart
+    rows = [*map(list, zip(*found, strict=True))]
+    known, keys = {*keys_of(head)}, {*keys_of(rows[0])}
+    if not (known <= keys and {*"xyz"} <= keys - known):  # X, Y and Z are names, or ways, of something else
+        return grid
+    notes = *grid.notes, "X, Y and Z of a point stand in three rows"
     return replace(grid, rows=rows, lines=[grid.lines[0], *grid.lines[1::3]], notes=notes)
 
 
@@ -181,14 +182,21 @@ def only_table(grid: Grid) -> Grid:
         return grid
     heading = grid.rows[meant[0].start]
     titles = [" ".join(chain(*grid.rows[part.begin : part.start])) for part in meant]
+    ends = dict(pairwise([*(part.begin for part in parts), len(grid.rows)]))
     is_titled = len({re.sub(r"[\d\W_]+", " ", title) for title in titles if title}) > 1  # not as pages are
+    joints = [k for k, cell in enumerate(heading) if re.fullmatch(r"q\d+", meaning_of(cell) or "")]
+    bodies = (grid.rows[part.start + 1 : ends[part.begin]] for part in meant)
+    postures = [
+        {tuple(round(number_in(c), 1) for k in joints for c in r[k : k + 1]) for r in b} for b in bodies
+    ]
+    count = sum(map(len, postures)) * bool(joints)
+    are_rivals = is_titled and 4 * (count - len(set().union(*postures))) > count  # postures measured again
     is_alike = len(parts) == len(meant) and all(grid.rows[part.start] == heading for part in meant)
-    if is_alike and not is_titled:
+    if is_alike and not are_rivals:
         again = {row for part in meant[1:] for row in range(part.begin, part.start + 1)}
         kept = [pair for k, pair in enumerate(zip(grid.rows, grid.lines, strict=True)) if k not in again]
         every, at = map(list, zip(*kept, strict=True))
         return replace(grid, rows=every, lines=at, notes=(*grid.notes, "repeated headings are skipped"))
-    ends = dict(pairwise([*(part.begin for part in parts), len(grid.rows)]))
     lines = [f"lines {grid.lines[part.start]}–{grid.lines[ends[part.begin] - 1]}" for part in meant]
     if len(meant) > 1:
         named = [f"'{title[:40]}' in {at}" if title else at for title, at in zip(titles, lines, strict=True)]
@@ -272,17 +280,20 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
         if (ours := said.get(heading, heading)) != heading:
             notes.append(f"column '{heading}' is {'left out' if ours == IGNORED else f'read as {ours}'}")
     table = _table(grid, body, headings, names, grid.lines[head], notes)
-    return _numbered_alike(replace(table, has_option=has_option))
+    return _numbered_alike(replace(table, has_option=has_option), grid.rows[head])
 
 
-def _numbered_alike(table: Table) -> Table:
-    """The table with a second part beside the first in the order of its rows, where both number them."""
-    counts = [k for k, name in enumerate(table.names) if normalised(name).rpartition("_")[2] in COUNTERS]
-    first, second = (table.columns[k] for k in counts) if len(counts) == 2 else ((), ())
+def _numbered_alike(table: Table, texts: list[str]) -> Table:
+    """The table with a second part beside the first in the order of its rows, where one heading numbers both:
+    the joints stand in one of them, what was observed in the other."""
+    start = max((k for k, text in enumerate(texts) if normalised(text) in COUNTERS), default=0)
+    first, second = table.columns[texts.index(texts[start])], table.columns[start]
     place = {number: k for k, number in enumerate(second)}
-    if first == second or len(place) < len(second) or place.keys() != {*first}:
+    parts = (keys_of([*names]) for names in (table.names[:start], table.names[start:]))
+    are_apart = {("q1" in own, any(map(is_observed, own))) for own in parts} == {(True, False), (False, True)}
+    if not are_apart or first == second or len(place) < len(second) or place.keys() != {*first}:
         return table
-    (start, _), at = counts[::-1], [place[number] for number in first]
+    at = [place[number] for number in first]
     moved = (tuple(own[k] for k in at) for own in table.columns[start:])
     note = f"columns from '{table.headings[start]}' on are joined by their numbers of rows"
     return replace(table, columns=(*table.columns[:start], *moved), notes=(*table.notes, note))

@@ -47,9 +47,9 @@ INDEX = re.compile(r"[ _({]*i(?:[-−]1)?[)}]*$|_prev$")
 """Of a constant in a paper, as in `alpha_{i-1}`."""
 CALLED = re.compile(r"^.+\((theta|θ|d|a|alpha|α)\)", re.I)
 """A constant's name in brackets, as in `Twist (alpha)`."""
-DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=[+-]|$)")
+DRIVE = re.compile(r"^(?:q|theta|θ)_?\{?\d*\}?\*?(?=\s*[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
-SLIDE = re.compile(r"^[dq]_?\{?\d+\}?\*?(?=[+-]|$)", re.I)
+SLIDE = re.compile(r"^[dq]_?\{?\d+\}?\*?(?=\s*[+-]|$)", re.I)
 """The same of a sliding joint, in its d."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
 FourNumbers = tuple[float, float, float, float]
@@ -92,12 +92,16 @@ def read_joint_table(path: Path | str) -> JointTable:
             return JointTable(nameless, stated[:1] or ("dh", "craig"), LENGTHS, ANGLES)
         raise grid.error(f"has no column {', '.join(missing)}; {WANTED}", 0)
     filled = [(k, cells) for k, cells in enumerate(grid.rows[1:], 1) if {*map(_number, cells)} - {None}]
-    rows = [_row([*zip(names, cells, strict=False)], grid, k) for k, cells in filled]
+    named = {k: [*zip(names, cells, strict=False)] for k, cells in filled}
+    texts = (text.strip().lower() for own in named.values() for name, text in own if name in CONSTANTS)
+    has_drives = any(map(DRIVE.match, texts))
+    rows = [_row(own, grid, k, has_drives=has_drives) for k, own in named.items()]
     units = {name: UNITS.get(unit, unit) for name, unit in zip(names, stands, strict=True) if unit}
-    for names, known in ((CONSTANTS[1:3], LENGTHS), (("theta", "alpha"), ANGLES)):
-        if {units.get(name) for name in names} == {*known}:  # each in its own
-            rows = [row | {name: row[name] * SIZES[units[name]] for name in names} for row in rows]
-            units |= dict.fromkeys(names, known[0])
+    for constants, known in ((("d", "a"), LENGTHS), (("theta", "alpha", "beta"), ANGLES)):
+        there = [name for name in constants if name in names]
+        if {units.get(name) for name in there} == {*known}:  # each in its own
+            rows = [row | {name: row[name] * SIZES[units[name]] for name in there} for row in rows]
+            units |= dict.fromkeys(there, known[0])
     lengths = _units(units, ("d", "a"), LENGTHS, grid)
     units |= {"°": "deg"} if any("°" in c for cells in grid.rows[1:] for c in cells) else {}
     angles = _units(units, ("theta", "alpha", "beta", "°"), ANGLES, grid)
@@ -152,9 +156,9 @@ def _constants(headings: Sequence[str]) -> list[str]:
     return [word if told else name for name, word, told in zip(alone, last, is_told, strict=True)]
 
 
-def _row(cells: list[tuple[str, str]], grid: Grid, number: int) -> dict[str, Any]:
+def _row(cells: list[tuple[str, str]], grid: Grid, number: int, *, has_drives: bool) -> dict[str, Any]:
     own = {name: text.strip() for name, text in cells}
-    slides = SLIDE.match(own.get("d", "")) and not DRIVE.match(own.get("theta", "").lower())
+    slides = has_drives and SLIDE.match(own.get("d", "")) and not DRIVE.match(own.get("theta", "").lower())
     kind = KINDS.get(stated := own.get("type", "prismatic" if slides else "revolute").lower())
     if kind is None:
         raise grid.error(f"type is '{stated}'; known: {', '.join(KINDS)}", number)
