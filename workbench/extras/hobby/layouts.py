@@ -3,7 +3,7 @@
     shoulder_pan.pos                  degrees, as LeRobot has them with `use_degrees`
     shoulder_pan[counts], q1[counts]  positions of 4096 a turn; 2048 is 0°
 
-The gripper is left out; the others are the joints by name where they are called as the robot's, or else in the
+The gripper is left out; the others are the joints by name where they are called as the robot's, else in the
 order of their columns. Columns besides are read as in every other table.
 """
 
