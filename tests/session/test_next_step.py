@@ -18,11 +18,12 @@ from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget, plain
 from workbench.session.commands.identify import Identify, LeaveRowsOut
+from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.commands.undo import RestoreBest
+from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import COMPARE, LOAD, TAKE, Action, NextStep, Tone, _foreign, next_step
-from workbench.session.page_state import RunningJob, Tab
+from workbench.session.page_state import RunningJob, Severity, Tab
 from workbench.session.part import AbstractPart
 from workbench.session.stages import share_of_noise, stages, sure_errors
 from workbench.session.state import Drag, Focus, Session
@@ -65,6 +66,9 @@ def test_a_plate_whose_blocks_overlap_is_told_of_and_not_kept_as_the_best(first)
     assert with_history(promising).history.best.plate is first.plate
     assert next_step(done(moved, next_step(moved).next.command)).tone is not Tone.BAD
     assert "overlap" in determined(moved)
+    refused = done(moved, Tell("the file can't be made"))  # which is over with that plate
+    assert refused.page.messages[-1].severity is Severity.ERROR
+    assert not [m for m in done(refused, Undo()).page.messages if m.severity is Severity.ERROR]
 
 
 def test_results_of_other_rows_are_to_be_found_again(walked):
