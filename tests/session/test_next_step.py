@@ -68,7 +68,8 @@ def test_a_plate_whose_blocks_overlap_is_told_of_and_not_kept_as_the_best(first)
     assert "overlap" in determined(moved)
     refused = done(moved, Tell("the file can't be made"))  # which is over with that plate
     assert refused.page.messages[-1].severity is Severity.ERROR
-    assert not [m for m in done(refused, Undo()).page.messages if m.severity is Severity.ERROR]
+    undone = Undo().done(refused, done(refused, Undo()))
+    assert not [m for m in undone.page.messages if m.severity is Severity.ERROR]
 
 
 def test_results_of_other_rows_are_to_be_found_again(walked):
