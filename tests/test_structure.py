@@ -43,7 +43,7 @@ BUDGETS = {
     "data": 5_350,
     "plate": 4_720,
     "identification": 9_163,
-    "diagnosis": 6_837,
+    "diagnosis": 6_818,
     "exports": 588,
     "session": 6_080,
     "views": 6_704,
