@@ -16,16 +16,19 @@ from workbench.session import next_step as to
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
-from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget, plain
 from workbench.session.commands.identify import Identify, LeaveRowsOut
+from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ImprovePlate
-from workbench.session.commands.undo import RestoreBest
+from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.live_score import PlateTrial
 from workbench.session.next_step import COMPARE, LOAD, TAKE, Action, NextStep, Tone, _foreign, next_step
-from workbench.session.page_state import RunningJob, Tab
+from workbench.session.page_state import RunningJob, Severity, Tab
 from workbench.session.part import AbstractPart
 from workbench.session.stages import share_of_noise, stages, sure_errors
 from workbench.session.state import Drag, Focus, Session
+from workbench.session.target_steps import with_history
+from workbench.views.page.panels.index import determined
 
 TRIAL = Action("Try this plate", Tab.PLATE)
 
@@ -50,6 +53,23 @@ def walked(first, tmp_path_factory) -> dict[str, Session]:
         "diagnosed": diagnosed,
         "added": done(diagnosed, AddEffects()),
     }
+
+
+def test_a_plate_whose_blocks_overlap_is_told_of_and_not_kept_as_the_best(first):
+    """While the target is dragged and afterwards, whatever error such a plate promises."""
+    target = first.plate.targets[0]
+    near = MoveTarget(1, plain(target.xyz + np.array([0.0, 0.03, 0.0])), plain(target.rpy))
+    dragged, moved = done(first, GrabTarget(1), near), done(first, near)
+    for step in (next_step(dragged), next_step(moved)):
+        assert (step.tone, "blocks of targets 1 and 2 overlap" in step.sentence) == (Tone.BAD, True)
+    promising = replace(moved, score=replace(moved.score, position=0.0))
+    assert with_history(promising).history.best.plate is first.plate
+    assert next_step(done(moved, next_step(moved).next.command)).tone is not Tone.BAD
+    assert "overlap" in determined(moved)
+    refused = done(moved, Tell("the file can't be made"))  # which is over with that plate
+    assert refused.page.messages[-1].severity is Severity.ERROR
+    undone = Undo().done(refused, done(refused, Undo()))
+    assert not [m for m in undone.page.messages if m.severity is Severity.ERROR]
 
 
 def test_results_of_other_rows_are_to_be_found_again(walked):

@@ -19,7 +19,7 @@ from workbench.base.remedy import remedy
 from workbench.base.units import Quantity, conversion
 from workbench.base.wording import in_mm, plural, ranges
 from workbench.data.dataset import Dataset
-from workbench.data.postures import equal_rows, postures
+from workbench.data.postures import MAX_SCATTER, equal_rows
 
 SLACK, NO_DIFFERENCE = 0.05, 1e-6
 """How far beyond a limit a joint may be without a note, and what is no difference [rad or m]."""
@@ -108,8 +108,9 @@ def _settling(dataset: Dataset) -> Iterator[str]:
     if seen is None:
         return
     rows = np.flatnonzero(dataset.included & np.isfinite(seen).all(1))
-    stills = np.split(rows, np.flatnonzero(np.diff(postures(dataset.q[rows]))) + 1)
-    stills = [k for k in stills if len(k) > 4]
+    moved = np.abs(np.diff(dataset.q[rows], axis=0)).max(1, initial=0.0) > MAX_SCATTER
+    stills = [k for k in np.split(rows, np.flatnonzero(moved) + 1) if len(k) > 4]
+    stills = [k for k in stills if np.ptp(dataset.q[k], axis=0).max() < MAX_SCATTER]
     if len(stills) < MIN_STILLS:
         return
     ways = [seen[k[[0, 1, -1]]] - seen[k[len(k) // 2]] for k in stills]

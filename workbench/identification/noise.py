@@ -160,12 +160,17 @@ def spare_share(problem: Problem, x: np.ndarray, factor: Factor | None = None) -
     return None if free < 1.0 else max(free / problem.count, MIN_FREE)
 
 
+def is_of_few(problem: Problem) -> bool:
+    """Whether so few components were measured that the shares of their channels differ much."""
+    return problem.count <= FEW_FREE * len(problem.names)
+
+
 def _shares_of_channels(
     problem: Problem, x: np.ndarray, factor: Factor | None, whole: float
 ) -> tuple[float, ...]:
     """Share of each channel's components that is free; of one channel, or many rows, as of all."""
     channels = problem.channels
-    if sum(bool(m.any()) for m in channels) < 2 or problem.count > FEW_FREE * len(problem.names):
+    if sum(bool(m.any()) for m in channels) < 2 or not is_of_few(problem):
         return (whole,) * len(channels)
     root = (factor_at(problem, x) if factor is None else factor).root
     used = np.concatenate([((p.jacobian @ root) ** 2).sum(1) for _, p in problem.pieces(x)])

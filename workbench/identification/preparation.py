@@ -45,8 +45,8 @@ MIN_HELD_OUT_PER_PLACE = 6
 UNKNOWN_NOISE = "noise unknown, neither stated nor from repeated poses"
 UNLOCATED = "held out, with an anchor or contact that too few rows use"
 """Reason of held-out rows whose place can't be located."""
-MAX_NOISE_FITS, MAX_NOISE_FITS_BEYOND_STATED = 2, 5
-"""Maximum number of fits to estimate the noise: alone, and beyond what the rows state."""
+MAX_NOISE_FITS, MAX_NOISE_FITS_APART = 2, 5
+"""Maximum number of fits to estimate the noise: alone, and beyond what rows state or of few rows."""
 
 
 @final
@@ -310,7 +310,8 @@ def _with_noise(
         return problem, text, None
     whole, problem = problem, thinned(problem)
     found = first or Opt2(limit=60).search(problem)
-    for k in range(MAX_NOISE_FITS_BEYOND_STATED if stated else MAX_NOISE_FITS):
+    many = MAX_NOISE_FITS_APART if stated or noises.is_of_few(problem) else MAX_NOISE_FITS
+    for k in range(many):
         found = Opt2(60).search(problem, begin=found.x) if k else found
         old, left = problem.noise, noises.beyond_stated(problem, found.x, found.factor)
         if left is None:

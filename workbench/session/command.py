@@ -53,10 +53,13 @@ class AbstractCommand(ABC):
         if not all(step.by for step in done[-2:]):  # in a drag, that of the drag stands above
             done = tuple(step if step.by else replace(step, by=self.title) for step in done)
             after = after.updated("history", done=done)
+        count = before.page.message_count
+        if after.plate is not before.plate:  # a file that could not be made of it may be made now
+            is_over = lambda m: m.number <= count and m.severity is Severity.ERROR and not m.refused  # noqa: E731
+            after = after.without_messages(is_over)
         both = [(s.robot, s.measurements.loaded, s.results.run) for s in (before, after)]
         if all(map(operator.is_, *both)):
             return after
-        count = before.page.message_count
         return after.without_messages(lambda m: m.number <= count and m.severity is Severity.WARNING)
 
     @property

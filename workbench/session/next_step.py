@@ -17,6 +17,7 @@ from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.checks.arm_match import ArmMatch
 from workbench.identification.errors.row_errors import Errors
 from workbench.identification.result import implausible_text
+from workbench.plate.optimiser.target_blocks import overlapping_blocks
 from workbench.plate.plate import AUTO
 from workbench.report.blocks import Tone
 from workbench.report.numbers import compared
@@ -126,6 +127,8 @@ def _under_way(session: Session) -> NextStep | None:
         state, number = session.states[session.drag.target], session.drag.target + 1
         if not state.measurable:
             return NextStep(f"Target {number} does not count here: {state.reason or state.hit}.", Tone.BAD)
+        if met := overlapping_blocks(session.plate):
+            return NextStep(f"{capital(met)}.", Tone.BAD)
         return NextStep(f"Release to keep this position; {_predicted(session)}.")
     return None
 
@@ -349,6 +352,9 @@ def _plate(session: Session) -> NextStep:
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
         text = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
         return NextStep(text, next=LOAD, other=PLATE)
+    if met := overlapping_blocks(session.plate):
+        is_known = history.best is not None and not overlapping_blocks(history.best.plate)
+        return NextStep(f"{capital(met)}; move one of them.", Tone.BAD, BEST if is_known else improve, LOAD)
     judged, is_searched = plate_judgement(session), history.searched is session.plate
     if session.plate is history.first.plate and not is_searched and (judged is None or not history.done):
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"

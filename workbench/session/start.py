@@ -25,7 +25,7 @@ from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.collision import unobstructed
 from workbench.plate.measured_plate import load_plate
-from workbench.plate.optimiser.target_blocks import SIDE
+from workbench.plate.optimiser.target_blocks import APART
 from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.target_readings import sigma_of, usual_kind
@@ -85,8 +85,6 @@ TURNS = 6
 """Turns about the vertical that are tried at a place."""
 CENTRES = (CENTRE, (0.55, 0.25), (0.5, 0.25), (0.5, 0.35), (0.5, 0.15), (0.6, 0.35), (0.6, 0.15))
 """Where the middle of the circle is tried, as shares of the reach."""
-APART = float(np.sqrt(2.0)) * SIDE
-"""Blocks at this distance don't overlap, however they are turned [m]."""
 DISTANCES = (1.0, 0.95, 0.9, 0.85, 1.05, 1.1, 1.2)
 """Shares of a place's distance from the base at which they are tried."""
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
+from workbench.plate.optimiser.target_blocks import overlapping_blocks
 from workbench.plate.plate import Plate, Target
-from workbench.plate.plate_score import SetScore
 from workbench.plate.target_readings import sigma_of, usual_kind
 from workbench.session.command import AbstractChange
 from workbench.session.live_score import score
@@ -74,7 +74,7 @@ def finish_step(session: Session, plate: Plate, states: tuple[TargetState, ...])
 def with_history(session: Session) -> Session:
     """The session with its targets in the history, and as the best ones if they are."""
     history, step = session.history, UndoStep.of(session)
-    best = step if history.best is None or is_better(step.score, history.best.score) else history.best
+    best = step if history.best is None or is_better(step, history.best) else history.best
     past = (*history.past, step)[-UNDO_STEPS:]
     return replace(session, history=replace(history, past=past, best=best))
 
@@ -94,8 +94,11 @@ def rescore(session: Session) -> Session:
     return with_history(replace(session, score=judge(session.plate, session.states), history=history))
 
 
-def is_better(score: SetScore, than: SetScore) -> bool:
-    """Less error predicted in the region; where that is unknown, more observable by O1."""
+def is_better(step: Session | UndoStep, other: Session | UndoStep) -> bool:
+    """Blocks that don't overlap; less error predicted in the region, or, where unknown, a larger O1."""
+    if (lacks := bool(overlapping_blocks(step.plate))) != bool(overlapping_blocks(other.plate)):
+        return not lacks
+    score, than = step.score, other.score
     if np.isnan(score.position) or np.isnan(than.position):
         return score.indices["O1"] > than.indices["O1"]
     return score.position < than.position

@@ -86,17 +86,19 @@ WRONG = {
     "still": lambda data, arm: replace(data, q=np.where(np.arange(data.joints) == 2, data.q[0], data.q)),
     "unturned": lambda data, arm: replace(data, rotation=np.repeat(data.rotation[:1], len(data), axis=0)),
     "other rows": lambda data, arm: replace(data, q=data.q[::-1].copy()),
+    "exchanged": lambda data, arm: replace(data, q=data.q[:, [0, 1, 3, 2, 4]]),
     "no poses": lambda data, arm: replace(data, rotation=None),
 }
 
 
-@pytest.mark.parametrize("name", [slow(n) if n == "other rows" else n for n in WRONG])
+@pytest.mark.parametrize("name", [slow(n) if n in ("other rows", "exchanged") else n for n in WRONG])
 def test_bad_input_is_one_sentence(so101, name):
     arm = ServoArm(6)
     with pytest.raises(DataError) as message:
         wb.map_motors(so101, WRONG[name](recorded(arm), arm))
     assert str(message.value).startswith("poses.csv: ")
     assert "\n" not in str(message.value)
+    assert (name == "exchanged") == ("fit with motor 3 and motor 4 exchanged" in str(message.value))
 
 
 @pytest.fixture
@@ -112,12 +114,15 @@ def files(tmp_path):
     return arm
 
 
-def test_tables_with_lerobots_headings_are_joints(tmp_path):
+@pytest.mark.parametrize("order", [[0, 1, 2, 3, 4, 5], [4, 0, 5, 3, 2, 1]])
+def test_tables_with_lerobots_headings_are_joints(tmp_path, so101, order):
+    """By name where the arm has these, and else in the order of their columns."""
     motors = np.random.default_rng(6).uniform(-90.0, 90.0, (30, 6))
-    heads = [*(f"{name}.pos" for name in (*NAMES, "gripper")), "x[mm]", "y[mm]", "z[mm]"]
-    path = write_table(tmp_path / "t.csv", heads, np.column_stack([motors, np.ones((30, 3))]))
-    q = np.rad2deg(wb.read_measurements(path).q)
+    heads = [*(f"{(*NAMES, 'gripper')[k]}.pos" for k in order), "x[mm]", "y[mm]", "z[mm]"]
+    path = write_table(tmp_path / "t.csv", heads, np.column_stack([motors[:, order], np.ones((30, 3))]))
+    q, unnamed = (np.rad2deg(wb.read_measurements(path, joints=arm).q) for arm in (so101, None))
     np.testing.assert_allclose(q, motors[:, :5], atol=1e-9)
+    np.testing.assert_allclose(unnamed, motors[:, [k for k in order if k != 5]], atol=1e-9)
 
 
 def test_counts_become_a_urdf(run, told, files):

@@ -47,8 +47,8 @@ def here(tmp_path):
         cv2.imwrite(str(tmp_path / "pictures" / f"{k}.png"), picture)
     counts = arm.counts(q[chosen])
     head = ",".join(f"{name}[counts]" for name in NAMES)
-    rows = ([f"{k}.png", *row] for k, row in enumerate(counts))
-    write_table(tmp_path / "counts.csv", f"image,{head}", rows)
+    rows = ([f"{k}.png", *row[::-1]] for k, row in enumerate(counts))  # their names tell which is which
+    write_table(tmp_path / "counts.csv", ["image", *(f"{name}[counts]" for name in NAMES[::-1])], rows)
     frames = map(wb.Frame.from_pose, at[chosen])
     rows = ([*row, *frame.xyz, *frame.rpy] for row, frame in zip(counts, frames, strict=True))
     write_table(tmp_path / "poses.csv", f"{head},x[m],y[m],z[m],roll[rad],pitch[rad],yaw[rad]", rows)

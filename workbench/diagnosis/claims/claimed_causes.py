@@ -232,14 +232,7 @@ def odds_over_time(searched: Searched) -> dict[Candidate, float]:
 
 
 def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
-    """Odds of some terms against the best other claim, and those that are indistinguishable from them; kept,
-    as what lasts and what is claimed ask for the same."""
-    if group not in searched.rivals:
-        searched.rivals[group] = _among_rivals(searched, group)
-    return searched.rivals[group]
-
-
-def _among_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
+    """Odds of some terms against the best other claim, and those that are indistinguishable from them."""
     whole = place_of(searched, group)
     every = [whole, *(place_of(replace(searched, grams=g), group) for g in searched.grams.without_each)]
     offered = ((place.own - o.gain, o) for place in every for o in place.offers)

@@ -12,7 +12,7 @@ And no process over its driver may explain a noticeable part beside it. Masses a
 """
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 
@@ -200,7 +200,6 @@ class DriverEvidence:
         followers: The processes.
         grams: Inner products of the columns of both.
         path: How the joints came to the rows of the search.
-        challenged: Cache of `_challenge` by the laws' terms.
     """
 
     searched: Searched
@@ -208,7 +207,6 @@ class DriverEvidence:
     followers: tuple[Follower, ...]
     grams: Grams
     path: Path | None
-    challenged: dict[tuple[Model, ...], Challenge] = field(default_factory=dict, init=False)
 
     @classmethod
     def of(
@@ -228,12 +226,12 @@ class DriverEvidence:
         """Every claim's terms against processes: alone, with all other claims over its driver, and without
         those that lose and need more than a posture: kept, they would take from the processes what is left.
         """
-        alone = [self._kept((group,)) for group in groups]
+        alone = [self._challenge((group,)) for group in groups]
         effects = [group[0].candidate.effect for group in groups]
         drivers = [driver_of(effect) for effect in effects]
         for driver in dict.fromkeys(d for d in drivers if drivers.count(d) > 1):
             mine = [k for k, d in enumerate(drivers) if d == driver]
-            whole = self._kept(tuple(groups[k] for k in mine))
+            whole = self._challenge([groups[k] for k in mine])
             for k in mine:
                 alone[k] = min(alone[k], whole, key=lambda c: c.cap)
         lost = [k for k, e in enumerate(effects) if alone[k].cap <= 1.0 and e.needs and not e.is_event]
@@ -244,12 +242,6 @@ class DriverEvidence:
             for k, again in zip(rest, fewer.challenges([groups[k] for k in rest]), strict=True):
                 alone[k] = min(alone[k], again, key=lambda c: c.cap)
         return alone
-
-    def _kept(self, groups: tuple[Model, ...]) -> Challenge:
-        """Kept, as what lasts and what is claimed ask for the same."""
-        if groups not in self.challenged:
-            self.challenged[groups] = self._challenge(groups)
-        return self.challenged[groups]
 
     def _challenge(self, groups: Sequence[Model]) -> Challenge:
         """Laws over one driver against as many processes in their place as they have joints.

@@ -157,8 +157,6 @@ def offers(left: Remainder, candidates: Sequence[Candidate], *, group: Model = (
     Masses and centres that act through the `group` of terms that they would replace also act through the
     replacement, so both are evaluated with them.
     """
-    if not left.grams.inertia:
-        return _offers(left, candidates)
     alike = grouped(candidates, lambda c: _inertia(left.grams, c, group))
     found = (_weighed(left, ones, names) if names else _offers(left, ones) for names, ones in alike.items())
     return [o for each in found for o in each]

@@ -5,7 +5,7 @@ the fit with the shortest description length is kept.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -99,7 +99,6 @@ class Searched:
         grams: The inner products at the stage.
         model: The effects found.
         fold: Fold of every row of the stage, for cross-validation.
-        rivals: Cache of the odds against rivals, and those, by terms of the model.
     """
 
     stage: Stage
@@ -107,7 +106,6 @@ class Searched:
     grams: Grams
     model: Model
     fold: Int[np.ndarray, " rows"]
-    rivals: dict[Model, tuple[float, tuple[AbstractEffect, ...]]] = field(default_factory=dict, init=False)
 
 
 def geometry_first(problem: Problem) -> Stage:

@@ -95,6 +95,6 @@ class PixelSource(AbstractSource):
 
         rig, is_packed = read_rig(self.camera, self.target), path.is_file() and path.suffix.lower() == ".zip"
         if not (is_packed or path.is_dir()):
-            return read_pixels(path, rig, joints=joints, dof=arm.dof)
+            return read_pixels(path, rig, joints=joints, dof=arm)
         with unpacked(path.name, path.read_bytes()) if is_packed else nullcontext(path) as folder:
-            return replace(read_folder(folder, rig=rig, joints=joints, dof=arm.dof), source=str(path))
+            return replace(read_folder(folder, rig=rig, joints=joints, dof=arm), source=str(path))

@@ -16,6 +16,7 @@ from workbench.base.errors import FileError
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers.arrays import BLOCKS, PICTURES, arrays_in
+from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.read import read_fields
 from workbench.extras.camera.pixel_table import read_pixels
 from workbench.extras.camera.rig import Rig, read_rig
@@ -28,7 +29,7 @@ MAX_TABLES = 100
 
 
 def read_folder(
-    place: Path | str, *, rig: Rig | None = None, joints: Path | None = None, dof: int | None = None
+    place: Path | str, *, rig: Rig | None = None, joints: Path | None = None, dof: Joints = None
 ) -> Dataset:
     """Pictures, or a table of their corners, in a folder or in the only one that it holds.
 
@@ -36,7 +37,7 @@ def read_folder(
         place: The folder.
         rig: Cameras and target; None: those of its camera.toml and target.toml.
         joints: Table of the joints; None: the one beside the pictures, or joints stand with the corners.
-        dof: Number of joints of the robot; None: as many as the file names.
+        dof: The robot, the names of its joints in order, or their number; None: as many as the file names.
     """
     place = Path(place)
     while len(inside := [p for p in place.iterdir() if p.name[0] != "."]) == 1 and inside[0].is_dir():

@@ -22,6 +22,7 @@ from workbench.base.types import frozen
 from workbench.base.wording import listed, plural, span
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
+from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS, is_observed
 from workbench.data.readers.orientation import read_orientation
@@ -40,7 +41,7 @@ SAME_JOINTS = 1e-6
 
 
 def read_pixels(
-    source: str | PathLike, rig: Rig, *, joints: str | PathLike | None = None, dof: int | None = None
+    source: str | PathLike, rig: Rig, *, joints: str | PathLike | None = None, dof: Joints = None
 ) -> Dataset:
     """Measurements of a table of pixels, or of the corners in pictures.
 
@@ -48,12 +49,12 @@ def read_pixels(
         source: A folder of pictures, or a file of corners in rows `image, camera, id, corner, u[px], v[px]`.
         rig: Cameras and target; the lens of a camera that no file describes is started from the pictures.
         joints: A file of one row a picture; None: joints stand in the rows of the pixels.
-        dof: Number of joints of the robot; None: as many as the file names.
+        dof: The robot, the names of its joints in order, or their number; None: as many as the file names.
 
     Raises:
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
-    beside = None if joints is None else read_fields(joints)
+    beside = None if joints is None else read_fields(joints, joints=dof)
     if beside is not None and beside.missing_units and Path(joints or "").is_dir():  # as programs write
         note = f"numbers without units are read in {', '.join(dict.fromkeys(beside.units.values()))}"
         beside = replace(beside, missing_units="", notes=(*beside.notes, note))
@@ -87,7 +88,7 @@ def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
 
 @one_thread()
 def pixel_data(
-    rows: Fields, rig: Rig, joints: Fields, pictures: Sequence[str] = (), *, dof: int | None = None
+    rows: Fields, rig: Rig, joints: Fields, pictures: Sequence[str] = (), *, dof: Joints = None
 ) -> Dataset:
     """Corners and joints as a `Dataset`, a row a picture in the order of the joints; arguments as above.
     Pictures are all that were looked at; none: those that show corners."""

@@ -42,7 +42,7 @@ class LoadPictures(AbstractLoad[Loaded]):
         name = safe_name(self.name)
         with unpacked(name, self.content) as folder:
             try:
-                data = read_folder(folder, dof=session.robot.dof)
+                data = read_folder(folder, dof=session.robot)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "").replace(str(folder), name)) from error
         data, rig = replace(data, source=name.removesuffix(".zip")), rig_of(data)

@@ -3,10 +3,11 @@
     shoulder_pan.pos                  degrees, as LeRobot has them with `use_degrees`
     shoulder_pan[counts], q1[counts]  positions of 4096 a turn; 2048 is 0°
 
-The gripper is left out; the others are the joints in the order of their columns. Columns besides are read as
-in every other table.
+The gripper is left out; the others are the joints by name where they are called as the robot's, else in the
+order of their columns. Columns besides are read as in every other table.
 """
 
+import re
 from dataclasses import replace
 from typing import final
 
@@ -47,7 +48,7 @@ class Motors(AbstractTableLayout):
         return len(_joints(headings)) >= MIN_ROWS
 
     def read(self, table: Table) -> Fields:
-        joints = _joints(list(table.headings))
+        joints = sorted(_joints(list(table.headings)), key=lambda joint: _place(table.names[joint[0]]))
         names, columns = list(table.names), list(table.columns)
         for number, (index, _, is_counts) in enumerate(joints, 1):
             names[index] = f"q{number}[deg]"
@@ -64,6 +65,12 @@ class Motors(AbstractTableLayout):
         units_note = COUNTED if any(joint[2] for joint in joints) else "motors in degrees (use_degrees)"
         notes = (*table.notes, NAMED + ", ".join(name for _, name, _ in joints), units_note)
         return fields_of(replace(table, names=tuple(names), columns=tuple(columns), notes=notes))
+
+
+def _place(name: str) -> int:
+    """Number of the robot's joint by which a column is called; 0 for others, which keep their order."""
+    match = re.match(r"q(\d+)", name)
+    return int(match[1]) if match else 0
 
 
 def _joints(headings: list[str]) -> list[tuple[int, str, bool]]:

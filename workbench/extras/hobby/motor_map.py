@@ -9,6 +9,7 @@ first and the last joint are turns of the unknown mounting and stay open.
 """
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, final
 
 import numpy as np
@@ -204,6 +205,8 @@ def map_motors(robot: RobotLike, data: DatasetLike) -> MotorMap:
     names = tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof))
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)
+    if not found[0].fits(robot.reach):
+        raise DataError(f"{data.source}: {_misfit(robot, found[0], q, poses, names)}")
     near = _near(robot, found, q, data)
     best = near[0]
     arm, alone = _of_zeros(robot, best, q, poses, data, rows)
@@ -298,15 +301,27 @@ def _width(angles: np.ndarray) -> float:
     return float(2.0 * np.pi - np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi)).max())
 
 
+def _misfit(robot: Robot, best: Counting, q: np.ndarray, poses: np.ndarray, names: tuple[str, ...]) -> str:
+    """That the poses don't fit the arm, and what to do: whether they do with two motors exchanged."""
+    off = f"{in_mm(best.errors[0])} and {np.rad2deg(best.errors[1]):.2g}°"
+    said = f"these poses do not fit {robot.name}: the best signs and zeros leave {off}"
+    few = np.linspace(0, len(q) - 1, MIN_POSES, dtype=int)
+
+    def counting(pair: tuple[int, int], rows: np.ndarray) -> Counting:
+        order = np.arange(robot.dof)
+        order[[*pair]] = pair[::-1]
+        return find_counting(robot, q[np.ix_(rows, order)], poses[rows])[0]
+
+    pair = min(combinations(range(robot.dof), 2), key=lambda pair: counting(pair, few).cost)
+    if counting(pair, np.arange(len(q))).fits(robot.reach):
+        both = " and ".join(names[k] for k in pair)
+        return f"{said}; they fit with {both} exchanged: exchange their headings, or the motors' ids"
+    return f"{said}; check robot, units and the motors' ids, and that each pose belongs to its row"
+
+
 def _near(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> list[Counting]:
     """The ways of counting that fit alike, which are one arm; that with the smallest offsets first."""
     best = found[0]
-    if not best.fits(robot.reach):
-        off = f"{in_mm(best.errors[0])} and {np.rad2deg(best.errors[1]):.2g}°"
-        raise DataError(
-            f"{data.source}: these poses do not fit {robot.name}: the best signs and zeros leave {off}; "
-            "check robot, units and the motors' ids, and that each pose belongs to its row"
-        )
     near = [c for c in found if 6 * len(q) * np.log(c.cost / best.cost) < ALIKE_WITHIN]
     if other := next((c for c in near if not _same(robot, c, best)), None):
         open_signs = np.flatnonzero(other.signs != best.signs) + 1

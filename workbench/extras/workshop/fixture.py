@@ -6,15 +6,13 @@ face lies half a radius below the centre, the cone's apex √2 radii. A pointed 
 centre. A block's screw is under its target, and two dowels across the slope keep it from turning.
 """
 
-from itertools import combinations
-
 import numpy as np
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 from workbench.extras.workshop.parts import Block, Bore, Fixture, Purpose, Slab
-from workbench.plate.optimiser.target_blocks import SIDE, STEEPEST
+from workbench.plate.optimiser.target_blocks import SIDE, STEEPEST, overlapping_blocks
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
 from workbench.plate.tolerances import INDEX_OFFSET, INDEX_PIN, SEAT_PIN
 
@@ -46,13 +44,8 @@ def fixture_of(plate: Plate) -> Fixture:
         lacking = "targets" if size is not None else "size; give size = [length, width, thickness] in m"
         raise OptionError(f"plate '{plate.name}' can't be made: it has no {lacking}")
     blocks = tuple(_block(plate, i, target) for i, target in enumerate(plate.targets, start=1))
-    for one, two in combinations(blocks, 2):
-        if _overlap(one.footprint, two.footprint):
-            raise OptionError(
-                f"the blocks of targets {one.number} and {two.number} overlap "
-                f"({1e3 * np.linalg.norm(one.pose[:2, 3] - two.pose[:2, 3]):.0f} mm apart, bar of "
-                f"{1e3 * SIDE:.0f} mm); move one of them"
-            )
+    if met := overlapping_blocks(plate):
+        raise OptionError(f"{met}; move one of them")
     for block in blocks:
         beyond = float((np.abs(block.footprint) - 0.5 * size[:2]).max())
         if beyond > 1e-9:
@@ -126,17 +119,6 @@ def _check_height(block: Block) -> None:
             f"the block of target {block.number} is {1e3 * block.height:.1f} mm high at its centre and needs "
             f"{1e3 * (block.height + need):.1f} mm for its bores; raise the target or lower the plate"
         )
-
-
-def _overlap(one: np.ndarray, two: np.ndarray) -> bool:
-    """Whether two convex polygons meet (separating axes of their edges)."""
-    for edges in (one, two):
-        along = np.roll(edges, -1, axis=0) - edges
-        for normal in np.column_stack([along[:, 1], -along[:, 0]]):
-            a, b = one @ normal, two @ normal
-            if a.max() <= b.min() or b.max() <= a.min():
-                return False
-    return True
 
 
 def _under(block: Block) -> list[tuple[str, Purpose, Vector3, float]]:

@@ -29,7 +29,7 @@ from workbench.base.types import Poses
 from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.meshes import arm_shape
 from workbench.plate.optimiser.shapes import ArmShape, Collider, Placements, block_hulls, plate_hull
-from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
+from workbench.plate.optimiser.target_blocks import APART, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.reach_margin import with_reach_margin
 
@@ -137,7 +137,7 @@ class Setting:
     @property
     def spacing(self) -> float:
         """Minimum distance of two targets on the plate; blocks never overlap [m]."""
-        return max(self.constraints.spacing, float(np.sqrt(2.0)) * SIDE)
+        return max(self.constraints.spacing, APART)
 
     def examine(
         self, places: Places, q: Float[np.ndarray, "rows n"], branches: np.ndarray

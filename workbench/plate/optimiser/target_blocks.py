@@ -10,6 +10,7 @@ so that the tool's z axis points into the face along −Rz(a) Ry(t) e_z.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -26,6 +27,8 @@ STEEPEST = float(np.deg2rad(65.0))
 """Maximum tilt of a block on the plate [rad]."""
 FOOT = 0.012
 """Minimum height of a block's lower edge: thread and dowels need it [m]."""
+APART = float(np.sqrt(2.0)) * SIDE
+"""Blocks at this distance don't overlap, however they are turned [m]."""
 Places = Float[np.ndarray, "_ 6"]
 """u, v, h [m], tilt, azimuth, spin [rad] of each block."""
 
@@ -94,6 +97,23 @@ def places_of(place: Matrix4, poses: Poses) -> Places:
     own = np.swapaxes(lean, -1, -2) @ local[:, :3, :3]
     spin = np.arctan2(own[:, 1, 0], own[:, 0, 0])
     return np.column_stack([local[:, :3, 3], tilt, azimuth, spin])
+
+
+@lru_cache(maxsize=8)
+def overlapping_blocks(plate: Plate) -> str:
+    """The first two targets of a plate whose blocks overlap, in words; empty where none do."""
+    if plate.size is None:
+        return ""
+    places = places_of(plate.pose, plate.poses)
+    gaps = np.linalg.norm(places[:, None, :2] - places[None, :, :2], axis=2)
+    for i, k in np.argwhere(np.triu(gaps < APART, 1)).tolist():
+        turn = places[[i, k], 4] + 0.5 * np.pi * np.arange(2)[:, None]
+        axes = np.stack([np.cos(turn), np.sin(turn)], -1).reshape(4, 2)  # of the squares' edges
+        halves = 0.5 * SIDE * np.abs(axes @ axes.T).sum(1)  # of both shadows on each axis, together
+        if (np.abs(axes @ (places[i, :2] - places[k, :2])) < halves).all():
+            both = f"the blocks of targets {i + 1} and {k + 1} overlap"
+            return f"{both} ({1e3 * gaps[i, k]:.0f} mm apart, bar of {1e3 * SIDE:.0f} mm)"
+    return ""
 
 
 def block_corners(place: Matrix4, poses: Poses) -> Float[np.ndarray, "rows 8 3"]:

@@ -83,7 +83,7 @@ class ImprovePlate(AbstractTask[FoundPlate]):
             return session.with_message(Severity.WARNING, text)
         found = replace(old, targets=tuple(targets), xyz=old.xyz if is_changed else plate.xyz)
         better = place_plate(session, found)
-        if not is_better(better.score, session.score):
+        if not is_better(better, session):
             beside = " beside the targets that were changed during the search" if is_changed else ""
             so_far = " before it was cancelled" if self.found else ""
             return searched.with_message(Severity.INFO, f"the search found no better plate{beside}{so_far}")

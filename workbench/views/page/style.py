@@ -132,7 +132,8 @@ div:has(> [{ONLY_TRACK}]) + div .mantine-Slider-root {{ margin: 0 1.2em 1.2em .5
 }}
 """
 ENDED = (
-    '<div class="gone" style="margin:0 12px;padding:4px 10px;border-left:3px solid #dc2626;font-size:13px">'
+    '<div class="gone" style="margin:0 12px 12px;padding:4px 10px;border-left:3px solid #dc2626;'
+    'font-size:13px">'
     "The workbench has stopped, or this page can't reach it. Restart it and reload the page; continue a "
     "recorded session with <code>workbench serve --session FOLDER</code>.</div>"
 )

@@ -1,11 +1,14 @@
 """One's own robot on the page, by its table or its file, checked against typed poses."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 
 import viser
 
-from workbench.base.errors import OptionError
+from workbench.base.errors import FileError, OptionError
+from workbench.data.readers.text import decode
 from workbench.extras.pendant.own_robot.table_meanings import read_joint_table
 from workbench.session.commands.arm import LARGEST_MODEL, LoadModel
 from workbench.session.commands.data import as_files
@@ -38,7 +41,9 @@ def build_table(panel: AbstractPanel, gui: viser.GuiApi) -> Callable[[str, bytes
             return str(table.typed)
         seen = last
         set_value(poses.control, "\n".join(last.poses))
-        return last.content.decode(errors="replace")
+        with suppress(FileError):  # no text
+            return decode(last.content, Path(last.name))[0]
+        return ""
 
     gui.add_html(block(text(HOW), style=f"color:{MUTED};white-space:pre-line"))
     hint = "Of your robot; without one, poses check the open robot."

@@ -6,8 +6,9 @@ from math import isclose
 import numpy as np
 import viser
 
-from workbench.base.wording import plural
+from workbench.base.wording import capital, plural
 from workbench.plate.observability import INDICES
+from workbench.plate.optimiser.target_blocks import overlapping_blocks
 from workbench.plate.plate import Plate
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.target_readings import assumptions
@@ -160,6 +161,8 @@ def determined(session: Session) -> str:
         sentence = f"{plural(now.measurable, 'target')} leave {plural(missing, 'combination')} undetermined"
     if lost:
         sentence = f"{now.measurable} of {len(session.states)} targets measurable; the others are ignored"
-    style = f"{ONE_LINE};color:{BAD};font-weight:600" if lost or missing else ONE_LINE
+    met = overlapping_blocks(session.plate)
+    style = f"{ONE_LINE};color:{BAD};font-weight:600" if lost or missing or met else ONE_LINE
+    sentence = sentence if lost or missing or not met else capital(met)
     hint = text("; ".join([sentence, *lost]))
     return f'<div data-testid="rank" title="{hint}" style="{style}">{sentence}</div>'
