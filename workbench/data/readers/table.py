@@ -41,6 +41,7 @@ _COMMA = re.compile(r"[-+\u2212]?\d*,\d+([eE][-+]?\d+)?-?")
 _POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
 _OF_UNIT = re.compile(r"([-+\u2212]?[\d.,]*\d)\s?(°|deg|rad|mm|cm|m|µm|um|inch)")
 _THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
+_AXES = {"XYZ", "xyz"}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -142,11 +143,14 @@ def turned(grid: Grid) -> Grid:
 def _with_axes(grid: Grid) -> Grid:
     """The grid with one row a point where X, Y and Z stand in three, named in a column, as of PolyWorks."""
     head, *body = grid.rows or [[]]
+    first = {"".join(cells) for cells in zip(*body[:3], strict=False)}
+    if len(body) < 4 or first.isdisjoint(_AXES):
+        return grid
     even = [[*row, *[""] * (len(head) - len(row))] for row in body]
     bodies = [even[k : k + 3] for k in range(0, len(even), 3)]
     columns = [[[row[k] for row in own] for own in bodies] for k in range(len(head))]
-    axes = [k for k, own in enumerate(columns) if {*map("".join, own)} <= {"XYZ", "xyz"}]
-    if len(body) < 4 or not axes:
+    axes = [k for k, own in enumerate(columns) if {*map("".join, own)} <= _AXES]
+    if not axes:
         return grid
     found = list[list[str]]()
     for k in filter(axes[0].__ne__, range(len(head))):
