@@ -40,7 +40,7 @@ BUDGETS = {
     "base": 2_041,
     "report": 798,
     "arm": 8_733,
-    "data": 5_350,
+    "data": 5_354,
     "plate": 4_720,
     "identification": 9_163,
     "diagnosis": 6_818,
