@@ -246,9 +246,10 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     keys = [[said.get(c, meaning_of(COMMAND.sub("", c))) for c in row if c] for row in grid.rows[:start]]
     known = [sum(key not in (None, IGNORED) for key in row) for row in keys]
     if not any(known):  # names that mean something together
-        body = [*zip_longest(*grid.rows[start:], fillvalue="")]
-        named = [dict(zip(map(normalised, row), body, strict=False)) for row in grid.rows[:start]]
-        known = [len(keys) if "x" in (keys := {*known_together(own).values()}) else 0 for own in named]
+        cells = [*zip_longest(*grid.rows[start:], fillvalue="")]
+        rows = (dict(zip(map(normalised, row), cells, strict=False)) for row in grid.rows[:start])
+        together = [{*known_together(own).values()} for own in rows]
+        known = [len(own) * ("x" in own) for own in together]
     if not any(known):  # units alone tell a row of headings, in whatever language
         known = [sum(unit_apart(cell)[1] is not None for cell in row) for row in grid.rows[:start]]
     head = max(range(start), key=lambda i: (known[i], i), default=0)
@@ -263,8 +264,9 @@ def with_headings(grid: Grid, naming: Naming | None = None, joints: Joints = Non
     headings = list(grid.rows[head])
     if head:  # 'X' under 'Tracker', beside 'X' under 'Robot'
         above = chain(grid.rows[head - 1], repeat(""))
-        groups = (parse_heading(text) for text in accumulate(above, lambda a, b: b or a))
-        named = [_with_unit(f"{g.name} {h}", g.unit or "") for h, g in zip(headings, groups, strict=False)]
+        groups: Iterable[str] = accumulate(above, lambda a, b: b or a)
+        over = zip(headings, map(parse_heading, groups), strict=False)
+        named = [_with_unit(f"{g.name} {h}", g.unit or "") for h, g in over]
         told = {n for n in named if named.count(n) == 1 or meaning_of(n)}  # no title over both
         pairs = [*zip(headings, named, strict=True)]
         headings = [n if h and headings.count(h) > 1 and n in told else h for h, n in pairs]

@@ -252,7 +252,8 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     errors = np.where(components > 0.0, np.sqrt(square / vectors), np.nan)
     if own is not None:
         errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
-    return Errors(*map(frozen, errors), own=own)
+    position, rotation, tilt = map(frozen, errors)
+    return Errors(position, rotation, tilt, own)
 
 
 def together(fitted: Dataset, others: Dataset) -> tuple[Dataset, list[np.ndarray]] | None:

@@ -194,15 +194,21 @@ def _check(touches: Dataset, turns: np.ndarray, points: np.ndarray, still: Bool[
 def _change(at: np.ndarray, points: np.ndarray, still: Bool[np.ndarray, "3"], row: np.ndarray) -> str:
     """From which touch on another tool, point, or both explain the touches far better; empty if none does."""
     solve = lambda *later: _solve(at, points, still, np.zeros(3), *later)  # noqa: E731
-    whole, place, number, tried = solve(), np.broadcast_to(np.eye(3), (len(at), 3, 3)), np.arange(len(at)), []
+    whole, place, number = solve(), np.broadcast_to(np.eye(3), (len(at), 3, 3)), np.arange(len(at))
+    tried = list[tuple[float, float, int, str, float]]()
     both = {"tool": (at[:, :3, :3] * ~still,), "point": (place,), "tool and point": (at[:, :3, :3], place)}
     least = {what: MIN_PART * len(columns) for what, columns in both.items()}
-    parts = [(k, w, number >= k) for k in number for w, few in least.items() if few <= k <= len(at) - few]
-    for k, what, mine in [*parts, *((k, "", number == k) for k in number)]:  # or a single one slipped
+    parts = [
+        (k, w, number >= k) for k in number.tolist() for w, few in least.items() if few <= k <= len(at) - few
+    ]
+    for k, what, mine in [
+        *parts,
+        *((k, "", number == k) for k in number.tolist()),
+    ]:  # or a single one slipped
         more = solve(*(columns * mine[:, None, None] for columns in both.get(what, (place,))))
         if more.spare > 0:
             scatter = more.left @ more.left / more.spare
-            tried.append((whole.chance(more), scatter, k, what, np.linalg.norm(more.x[-3:])))
+            tried.append((whole.chance(more), scatter, k, what, float(np.linalg.norm(more.x[-3:]))))
     chance, scatter, k, what, by = min(tried, default=(1.0, 0.0, 0, "", 0.0))
     if (
         not what
