@@ -188,15 +188,8 @@ def only_table(grid: Grid) -> Grid:
     titles = [" ".join(chain(*grid.rows[part.begin : part.start])) for part in meant]
     ends = dict(pairwise([*(part.begin for part in parts), len(grid.rows)]))
     is_titled = len({re.sub(r"[\d\W_]+", " ", title) for title in titles if title}) > 1  # not as pages are
-    joints = [k for k, cell in enumerate(heading) if re.fullmatch(r"q\d+", meaning_of(cell) or "")]
-    bodies = (grid.rows[part.start + 1 : ends[part.begin]] for part in meant)
-    postures = [
-        {tuple(round(number_in(c), 1) for k in joints for c in r[k : k + 1]) for r in b} for b in bodies
-    ]
-    count = sum(map(len, postures)) * bool(joints)
-    are_rivals = is_titled and 4 * (count - len(set().union(*postures))) > count  # postures measured again
     is_alike = len(parts) == len(meant) and all(grid.rows[part.start] == heading for part in meant)
-    if is_alike and not are_rivals:
+    if is_alike and not (is_titled and _repeat_postures([grid.rows[p.start : ends[p.begin]] for p in meant])):
         again = {row for part in meant[1:] for row in range(part.begin, part.start + 1)}
         kept = [pair for k, pair in enumerate(zip(grid.rows, grid.lines, strict=True)) if k not in again]
         every, at = map(list, zip(*kept, strict=True))
@@ -208,6 +201,14 @@ def only_table(grid: Grid) -> Grid:
     note = f"of {len(parts)} tables the one in {lines[0]} is read"
     rows = slice(meant[0].start, ends[meant[0].begin])
     return replace(grid, rows=grid.rows[rows], lines=grid.lines[rows], notes=(*grid.notes, note))
+
+
+def _repeat_postures(tables: list[list[list[str]]]) -> bool:
+    """Whether more than a quarter of the postures of tables are measured again in others of them."""
+    joints = [k for k, cell in enumerate(tables[0][0]) if re.fullmatch(r"q\d+", meaning_of(cell) or "")]
+    posture = lambda row: tuple(round(number_in(cell), 1) for k in joints for cell in row[k : k + 1])  # noqa: E731
+    each = [{*map(posture, rows)} for _, *rows in tables]
+    return bool(joints) and len(set().union(*each)) < 0.75 * sum(map(len, each))
 
 
 def _parts(grid: Grid) -> list[_Part]:

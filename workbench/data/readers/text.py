@@ -58,10 +58,9 @@ def decode(data: bytes, path: Path) -> tuple[str, str]:
     for mark, name in _ENCODINGS:
         with suppress(UnicodeDecodeError):
             if data.startswith(mark) and not re.search("\0(?![\r\n]|$)", text := data.decode(name)):
-                with suppress(UnicodeError):
-                    text, name = (
-                        (text.encode("cp1252").decode(), "UTF-8 twice") if "Â" in text else (text, name)
-                    )
+                if "Â" in text:
+                    with suppress(UnicodeError):
+                        text, name = text.encode("cp1252").decode(), "UTF-8 twice"
                 return text.replace("\0", ""), name  # zeros that end lines are of strings in C
     wanted = "save the table as CSV in UTF-8"
     raise FileError(f"this is binary, or not text in UTF-8, UTF-16 or Latin-1: {wanted}", path=str(path))

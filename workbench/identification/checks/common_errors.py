@@ -428,22 +428,16 @@ def instrument_scale(aligned: Robot, data: Dataset) -> str:
         return ""
     off = (np.asarray(rows.position) - seen[:, :3, 3]).ravel()
     frames = [-se3.skew(points), np.broadcast_to(np.eye(3), turned.shape), turned]
-    columns = np.concatenate([*frames, points[:, :, None]], axis=2).reshape(len(off), -1)
-    sizes = list[float]()
-    for part in (columns[:, :-1], columns):
-        factors = np.linalg.lstsq(part, off, rcond=None)[0]
-        sizes.append(float(np.sqrt(3.0 * np.mean((off - part @ factors) ** 2))))
-    (without, left), scale = sizes, float(factors[-1])
+    free = np.concatenate(frames, axis=2).reshape(len(off), -1)
+    apart = lambda table: table - free @ np.linalg.lstsq(free, table, rcond=None)[0]  # noqa: E731
+    rest, drawn = apart(np.column_stack([off, points.ravel()])).T
+    scale, size = float(drawn @ rest / (drawn @ drawn)), np.sqrt(3.0 / len(off))
+    without, left = (float(size * np.linalg.norm(v)) for v in (rest, rest - scale * drawn))
     if not (left < EXPLAINED * without and MIN_SCALE < abs(scale) < 1.0):
         return ""
-    ways, free = (
-        identification_jacobian(arm, Motion.of(rows))[1][:, :3].reshape(len(off), -1),
-        columns[:, :-1],
-    )
-    ways -= free @ np.linalg.lstsq(free, ways, rcond=None)[0]
-    rest = off - free @ np.linalg.lstsq(free, off, rcond=None)[0]
+    ways = apart(identification_jacobian(arm, Motion.of(rows))[1][:, :3].reshape(len(off), -1))
     alone = (ways.T @ rest) ** 2 / np.maximum((ways**2).sum(0), 1e-12)
-    if 3.0 * (rest @ rest - alone.max()) / len(off) < left**2:  # one constant is nearer
+    if size**2 * (rest @ rest - alone.max()) < left**2:  # one constant is nearer
         return ""
     return (
         f"all lengths are {100.0 * abs(scale):.2g} % {'longer' if scale > 0.0 else 'shorter'} than nominal, "

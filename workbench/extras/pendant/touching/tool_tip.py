@@ -198,13 +198,9 @@ def _change(at: np.ndarray, points: np.ndarray, still: Bool[np.ndarray, "3"], ro
     tried = list[tuple[float, float, int, str, float]]()
     both = {"tool": (at[:, :3, :3] * ~still,), "point": (place,), "tool and point": (at[:, :3, :3], place)}
     least = {what: MIN_PART * len(columns) for what, columns in both.items()}
-    parts = [
-        (k, w, number >= k) for k in number.tolist() for w, few in least.items() if few <= k <= len(at) - few
-    ]
-    for k, what, mine in [
-        *parts,
-        *((k, "", number == k) for k in number.tolist()),
-    ]:  # or a single one slipped
+    tests = [(k, "", number == k) for k in number.tolist()]  # a single one slipped
+    tests += [(k, w, number >= k) for k, *_ in tests for w, n in least.items() if n <= k <= len(at) - n]
+    for k, what, mine in tests:
         more = solve(*(columns * mine[:, None, None] for columns in both.get(what, (place,))))
         if more.spare > 0:
             scatter = more.left @ more.left / more.spare
